@@ -152,7 +152,7 @@ pub fn bounces(
     let emitters = found.emitters.into_iter().map(|own| (own.name, own.powers, own.errors));
     let series = Series {
         solution: found.solution,
-        errors: found.errors.iter().map(|error| error.total).collect(),
+        errors: found.errors,
         unmet: found.end.and_then(End::why),
         emitters: emitters.collect(),
     };

@@ -69,7 +69,7 @@ impl LightCuts {
         sum + self.beyond(cut, lights, receiver, points, scratch)
     }
 
-    /// The same without bias, by luminaires drawn one by one in place of nodes and polynomials.
+    /// `sum over luminaires of F_l L_l` without bias, by luminaires drawn one by one in place of nodes and polynomials.
     pub fn sample(
         &self,
         lights: &Lights,

@@ -76,8 +76,8 @@ impl Lights {
         lights
     }
 
-    /// The same without shafts and cuts: luminaires are evaluated one by one, and points are drawn wherever something
-    /// can occlude.
+    /// Lights without shafts and cuts: luminaires are evaluated one by one, and points are drawn wherever something can
+    /// occlude.
     pub fn by_rays(
         geometry: &Arc<Geometry>,
         patches: &Arc<Patches>,
@@ -99,7 +99,7 @@ impl Lights {
         }
     }
 
-    /// The same with another model of occlusion, without shafts and cuts.
+    /// These lights behind another model of occlusion, without shafts and cuts.
     pub fn occluded_by(self, occlusion: Occlusion) -> Lights {
         Lights { punctual: occlusion.clone(), occlusion, shafts: Shafts::default(), cuts: Vec::new(), ..self }
     }

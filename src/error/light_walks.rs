@@ -53,7 +53,7 @@ pub(crate) struct WalkedPowers {
     pub terms: Vec<TermPower>,
     /// Relative standard errors of the visible half's power, channels added; 0 where nothing arrived.
     pub errors: Vec<f64>,
-    /// The same of each emitter, where they are kept apart.
+    /// Terms and relative standard errors of each emitter, where they are kept apart.
     pub emitters: Vec<Vec<(TermPower, f64)>>,
 }
 

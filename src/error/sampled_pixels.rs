@@ -56,7 +56,7 @@ impl SquaredError {
         (self.value - self.deviation).max(0.0)
     }
 
-    /// The same in units of a square.
+    /// Value and standard error as shares of a square.
     pub fn over(self, square: f64) -> SquaredError {
         SquaredError { value: self.value / square, deviation: self.deviation / square }
     }

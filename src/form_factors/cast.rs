@@ -70,7 +70,7 @@ impl FormFactors {
         FormFactors { rows: Rows::empty(n), row_sums: vec![None; n] }
     }
 
-    /// The same with all rows here ([`Rows::whole`]).
+    /// F with all its rows in this process ([`Rows::whole`]).
     pub fn whole(self) -> FormFactors {
         FormFactors { rows: self.rows.whole(), ..self }
     }

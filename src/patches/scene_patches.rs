@@ -77,7 +77,7 @@ pub struct Patches {
     /// Patches that are divided further.
     parts: Parts,
     /// About how many were requested.
-    requested: usize,
+    pub(super) requested: usize,
 }
 
 impl Patches {
@@ -96,11 +96,6 @@ impl Patches {
         let Mesh { areas, materials, sides, parents, .. } = &*mesh;
         let (areas, materials, sides, parents) = (areas.clone(), materials.clone(), sides.clone(), parents.clone());
         Patches { mesh, areas, materials, sides, parents, points: Vec::new(), parts: Parts::default(), requested: 0 }
-    }
-
-    /// The same, of which about so many were requested.
-    pub(super) fn of_about(self, requested: usize) -> Patches {
-        Patches { requested, ..self }
     }
 
     /// About how many were requested when they were cut.
@@ -123,7 +118,7 @@ impl Patches {
         &self.areas
     }
 
-    /// The same in the file's units squared.
+    /// `A_i` of every patch, the file's units squared.
     pub fn file_areas(&self, scene: &Scene) -> Vec<f64> {
         let unit = scene.frame.scale * scene.frame.scale;
         self.areas.iter().map(|a| a * unit).collect()
@@ -405,7 +400,8 @@ impl Patches {
         let mut all = Patches {
             points: vec![Vec::new(); count],
             parts: Parts { roots: vec![NONE; count], count, ..Parts::default() },
-            ..Patches::of_mesh(Arc::clone(&self.mesh)).of_about(self.requested)
+            requested: self.requested,
+            ..Patches::of_mesh(Arc::clone(&self.mesh))
         };
         let mut planes = Vec::new();
         for (i, tree) in trees.into_iter().enumerate() {

@@ -66,7 +66,7 @@ pub enum MetricError {
 pub struct MeanDifference {
     /// `mean(I) - mean(R)` in W/(m² sr).
     pub absolute: [f64; 3],
-    /// The same over `mean(R)`; `None` in a channel where that is 0.
+    /// `(mean(I) - mean(R)) / mean(R)`; `None` in a channel where `mean(R)` is 0.
     pub relative: [Option<f64>; 3],
 }
 

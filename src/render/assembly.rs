@@ -117,23 +117,23 @@ impl Discretization {
         Discretization { geometry, luminaires, patches, rows: Arc::new(Cast) }
     }
 
-    /// The same with the light of each emitter kept apart.
+    /// This scene and its patches, with the light of each emitter kept apart.
     pub fn apart(&self) -> Discretization {
         let scene = &self.geometry.scene;
         Discretization { luminaires: Arc::new(Luminaires::apart(scene, Emitters::of(scene))), ..self.clone() }
     }
 
-    /// The same scene cut anew into about so many patches of one size.
+    /// This scene cut anew into about so many patches of one size.
     pub fn cut(&self, patches: usize) -> Discretization {
         self.with_patches(Patches::cut(&self.geometry, patches))
     }
 
-    /// The same patches divided by the light sampled on each of their mesh.
+    /// This scene on its patches divided by the light sampled on each of their mesh.
     pub(crate) fn divided(&self, samples: Vec<Vec<Sample>>) -> Discretization {
         self.with_patches(self.patches.divided(samples))
     }
 
-    /// The same scene on other patches.
+    /// This scene on other patches.
     pub fn with_patches(&self, patches: Patches) -> Discretization {
         Discretization { patches: Arc::new(patches), ..self.clone() }
     }

@@ -36,7 +36,7 @@ impl PictureGoal {
         would_be_over(self.deadline, began, 2.0)
     }
 
-    /// The same for the light that a picture shows: two thirds of the remaining time.
+    /// The goal of the light that a picture shows: two thirds of the remaining time are for that.
     pub fn of_light(&self) -> PictureGoal {
         let now = Instant::now();
         let deadline = self.deadline.map(|end| now + end.saturating_duration_since(now).mul_f64(LIGHT));

@@ -23,7 +23,7 @@ mod uniformity;
 
 pub use crate::operator::{Cast, RowSource, Wanted};
 pub use assembly::{Assembled, Discretization, PatchLight, Seconds, Silent, Watch, pictures, without_luminaires};
-pub use bounces::{BounceSeries, EmitterTerms, End, TermError};
+pub use bounces::{BounceSeries, EmitterTerms, End};
 pub use fineness::Fineness;
 pub use layers::{Apart, EmitterPower, Layer, LayerKind};
 pub use memory::{PictureUnfit, Pilot, Stored, Unfit, check_fit, check_pictures, pixel, usable_memory};

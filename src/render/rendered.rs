@@ -23,7 +23,7 @@ pub struct ErrorParts {
     pub truncation: f64,
     /// Sampling of the gather pass, and its fit between irradiance points.
     pub gather: f64,
-    /// All together.
+    /// Square root of the sum of their squares.
     pub total: f64,
 }
 

@@ -21,7 +21,7 @@ use halflight::light::budget::CAMERA;
 use halflight::light::{Mode, Transport};
 use halflight::operator::Bounds;
 use halflight::pictures::{Size, Table, known, make_directory};
-use halflight::render::{BounceSeries, EmitterTerms, End, Fineness, TermError};
+use halflight::render::{BounceSeries, EmitterTerms, End, Fineness};
 use halflight::scene::Scene;
 use halflight::solve::{Bounce, Solution, Verdict};
 use halflight_plot::term_name;
@@ -79,13 +79,22 @@ struct BouncesReport {
 struct BounceReport {
     #[serde(flatten)]
     bounce: Bounce,
-    /// Estimated relative errors of the power; null where effort was given instead of a tolerance.
-    error: Option<TermError>,
+    /// Estimated relative error of the power; null where effort was given instead of a tolerance.
+    error: Option<ErrorReport>,
     /// Power of the visible half of each emitter per channel, W, and its relative error, where they are kept apart.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     luminaires: BTreeMap<String, [f64; 3]>,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     luminaire_errors: BTreeMap<String, f64>,
+}
+
+/// The error of one term's power, by what makes it: walks of light alone, as no power is that of the patches.
+#[derive(Serialize)]
+struct ErrorReport {
+    form_factors: f64,
+    patches: f64,
+    walks: f64,
+    total: f64,
 }
 
 /// The series of one mode.
@@ -94,7 +103,7 @@ struct Studied {
     solution: Solution,
     patches: usize,
     /// Errors of the terms, and what ended the search for them, where a tolerance was requested.
-    errors: Vec<TermError>,
+    errors: Vec<f64>,
     end: Option<End>,
     emitters: Vec<EmitterTerms>,
     measured: Option<MeasuredReport>,
@@ -243,16 +252,17 @@ impl Run<'_> {
 
 impl Studied {
     /// Error of one term, where known.
-    fn error(&self, n: usize) -> Option<TermError> {
+    fn error(&self, n: usize) -> Option<f64> {
         self.errors.get(n).copied()
     }
 
     fn report(self, scene: &Scene) -> BouncesReport {
         let apart = |n: usize| self.emitters.iter().filter_map(move |e| Some((e.name.clone(), *e.powers.get(n)?)));
         let errors = |n: usize| self.emitters.iter().filter_map(move |e| Some((e.name.clone(), *e.errors.get(n)?)));
+        let error = |walks: f64| ErrorReport { form_factors: 0.0, patches: 0.0, walks, total: walks };
         let bounce = |b: &Bounce| BounceReport {
             bounce: *b,
-            error: self.error(b.n),
+            error: self.error(b.n).map(error),
             luminaires: apart(b.n).collect(),
             luminaire_errors: errors(b.n).collect(),
         };
@@ -305,7 +315,7 @@ fn table(studied: &Studied) -> String {
             b.norm,
             b.ratio.map_or("-".into(), |r| format!("{r:.4}")),
             b.tail_bound.map_or("-".into(), |t| format!("{t:.4e}")),
-            studied.error(b.n).map_or("-".into(), |e| format!("{:.2} %", 100.0 * e.total)),
+            studied.error(b.n).map_or("-".into(), |e| format!("{:.2} %", 100.0 * e)),
         );
     }
     for emitter in &studied.emitters {
@@ -350,7 +360,7 @@ fn table_of_terms(studied: &[Studied]) -> Table {
         let mode = s.transport.mode().map_or("", Mode::name);
         for b in &s.solution.bounces {
             let ([r, g, blue], [x, y, z]) = (&b.power, &b.power_invisible);
-            let error = known(s.error(b.n).map(|e| e.total));
+            let error = known(s.error(b.n));
             let (ratio, tail) = (known(b.ratio), known(b.tail_bound));
             table.row(&[&mode, &alpha, &tau, &b.n, r, g, blue, x, y, z, &b.norm, &ratio, &tail, &error]);
         }

@@ -151,7 +151,7 @@ fn residuals_table(matrix: &FactorMatrix, table: &FactorTable) -> Table {
     residuals
 }
 
-/// The same as arrays: `F[i, j]` is the share of what leaves object i that reaches column j.
+/// The arrays of a matrix: `F[i, j]` is the share of what leaves object i that reaches column j.
 fn matrix_arrays(matrix: &FactorMatrix) -> Vec<(&'static str, Array<'_>)> {
     let (n, m) = (matrix.rows.len(), matrix.columns.len());
     let of = |shape: &[usize], values| Array { shape: shape.to_vec(), values };

@@ -110,7 +110,8 @@ impl Luminaire {
         self.area as f32 * self.radiance.element_sum() * cosine(to.dot(n)) * leaving / squared
     }
 
-    /// The same whatever the number of faces.
+    /// Form factor from a point with unit normal to all of the luminaire without occlusion, face by face where it has
+    /// too many for one closed form.
     pub fn exact_form(&self, x: Vec3, n: Vec3) -> f64 {
         self.closed_form(x, n).unwrap_or_else(|| {
             let (x, n) = (x.as_dvec3(), n.as_dvec3());

@@ -231,7 +231,7 @@ impl Luminaires {
         Luminaires::apart(scene, Emitters::together())
     }
 
-    /// The same with the light of each of the `emitters` kept apart.
+    /// Chooses the emitters of a scene that get a closed form; the light of each of the `emitters` is kept apart.
     pub fn apart(scene: &Scene, emitters: Arc<Emitters>) -> Luminaires {
         let shining = scene.lights.iter().enumerate().filter(|(_, light)| light.shines());
         let (punctual, punctual_emitters) = shining.map(|(k, light)| (light.clone(), emitters.of_light(k))).unzip();

@@ -259,8 +259,8 @@ impl<'a> Shaft<'a> {
         })
     }
 
-    /// The same for shafts to parts of a body: none where none lies between, else perhaps more than there are, as
-    /// only the first is looked for.
+    /// Those `among` the casters that may lie between parts of the bodies: none where none lies between the whole ones,
+    /// else perhaps more than there are, as only the first is looked for.
     pub fn holds_any_of(&self, casters: &[Caster], among: impl Iterator<Item = u32>) -> Vec<u32> {
         let [from, to] = self.ends.map(Body::middle);
         let mut any = false;

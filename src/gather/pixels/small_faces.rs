@@ -123,7 +123,7 @@ impl ThinFace {
         let key = camera_rays.key(self.face, self.side);
         let point = view.surface_point(self.face, self.side, self.center.as_vec3());
         let is_met = pixel.layers.iter().any(|layer| layer.holds(key, &point));
-        if is_met || pixel.hides(self.nearest(view, k)) {
+        if is_met || pixel.met.hides(self.nearest(view, k)) {
             return None;
         }
         let corner = DVec2::new((k % view.width) as f64, (k / view.width) as f64);

@@ -57,7 +57,7 @@ impl PictureCost {
         PictureCost { camera_ray: *camera_ray, ..PictureCost::of(&gathered.error, *camera, goal, price) }
     }
 
-    /// The same from the error that so many camera rays of each pixel left.
+    /// The cost by the error that so many camera rays of each pixel left.
     fn of(rough: &GatherError, rays: u32, goal: &PictureGoal, price: f64) -> PictureCost {
         let pixels = (goal.size.width * goal.size.height) as f64;
         let [camera, hemisphere] = [rough.camera, rough.hemisphere].map(|rms| rough.share(rms));

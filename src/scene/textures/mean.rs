@@ -33,8 +33,8 @@ use crate::scene::textures::texture::{Filter, Texture, Wrap};
 
 /// Texels of the rectangle around a triangle that are read one by one, at most.
 const MOST: f64 = 32_768.0;
-/// The same for what a pixel sees: what the outline of one pixel has too much, some hundredth of how much texels within
-/// a square differ, the next pixel has too little.
+/// Texels read one by one at most for what a pixel sees: what the outline of one pixel has too much, some hundredth of
+/// how much texels within a square differ, the next pixel has too little.
 const FEW: f64 = 1024.0;
 /// Points to a side of a triangle whose coordinates span no area.
 const POINTS: u32 = 16;

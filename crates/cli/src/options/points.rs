@@ -113,7 +113,7 @@ fn grid_of(text: &str) -> Option<(&str, f64, f64)> {
 }
 
 impl Sensors {
-    /// The same with columns for bounces in its table.
+    /// These sensors, with columns for bounces in their table.
     pub fn by_bounce(self) -> Sensors {
         Sensors { by_bounce: true, ..self }
     }
@@ -176,7 +176,7 @@ impl Sensors {
         if self.lux { lux(&light.irradiance) } else { light.irradiance.iter().sum::<f64>() / 3.0 }
     }
 
-    /// The same; none of a point inside of a solid.
+    /// What is shown of the light at a point; none inside of a solid.
     fn value_outside(&self, light: &SensorLight) -> Option<f64> {
         (!light.is_inside).then(|| self.value(light))
     }

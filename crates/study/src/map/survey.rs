@@ -65,7 +65,7 @@ impl Survey {
         Survey::of(&subject, &p.transports(Survey::CORNER), sampling, watch)
     }
 
-    /// The same for any (alpha, tau) of the materials, which take the place of their own.
+    /// Casts the rays for any (alpha, tau) of the materials, which take the place of their own.
     pub fn of(subject: &Subject, transports: &[Transport], sampling: &Sampling, watch: &dyn Watch) -> Survey {
         let Subject { scene, rays, patches } = *subject;
         let of = |(i, &m): (usize, &u32)| transports[m as usize].alpha * patches.reflectance(scene, i);
