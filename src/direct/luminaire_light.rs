@@ -166,7 +166,8 @@ impl Lights {
         })
     }
 
-    /// The same where it costs no more than a few rays: not of a texture of which a part is hidden.
+    /// The light that a receiver gets from a luminaire over its radiance, where that costs no more than a few rays: not
+    /// of a texture of which a part is hidden.
     pub(crate) fn cheap_form(&self, lamp: Lamp, receiver: &SurfacePoint, scratch: &mut Scratch) -> Option<DVec3> {
         let (x, n, luminaire) = (receiver.position, receiver.normal, lamp.luminaire);
         match self.visible_form(lamp, receiver, scratch)? {

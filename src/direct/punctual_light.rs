@@ -73,7 +73,8 @@ impl Lights {
         self.gather_weighted(receiver, |way| n.dot(way), scratch, each);
     }
 
-    /// The same with `weigh(l)` in place of n·l, l the unit vector to each.
+    /// Calls `each` with the light from lights without area at a receiver weighted by `weigh(l)`, l the unit vector to
+    /// each, over pi, and their emitters.
     pub(crate) fn gather_weighted(
         &self,
         receiver: &SurfacePoint,

@@ -186,11 +186,6 @@ impl ImportancePaths {
         let own = |vertex: &Vertex| size_of::<Vertex>() + met(&vertex.reflection.next);
         team::sum(self.own().map(|path| path.vertices.iter().map(own).sum::<usize>() as u64).sum())
     }
-
-    /// Number of paths of a pixel in the mean.
-    pub fn each(&self) -> u32 {
-        self.each
-    }
 }
 
 impl StartPixel {
@@ -208,7 +203,7 @@ impl StartPixel {
 
 /// Traces paths through a view.
 pub(crate) struct PathTracer<'a> {
-    walker: Walker<'a>,
+    pub walker: Walker<'a>,
     sobol: Sobol,
 }
 
@@ -216,11 +211,6 @@ impl<'a> PathTracer<'a> {
     /// Paths through a view.
     pub fn new(view: &'a View) -> PathTracer<'a> {
         PathTracer { walker: Walker::new(view).with_cone(CONE), sobol: Sobol::new(FAN, 3) }
-    }
-
-    /// What they are traced through.
-    pub fn view(&self) -> &'a View<'a> {
-        self.walker.view
     }
 
     /// The vertices of one path from pixel k.

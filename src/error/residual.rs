@@ -154,7 +154,7 @@ fn sample_of(
     random: &mut Stream,
     memory: &mut Memory,
 ) -> Option<Sample> {
-    let view = tracer.view();
+    let view = tracer.walker.view;
     let point = view.patches.cut_point(k, random.uniform(), random.uniform());
     let side = view.patches.side(k);
     let at = SurfaceHit {

@@ -87,7 +87,7 @@ impl Columns {
         }
     }
 
-    /// The same of three of one shape at once.
+    /// `f(i, first, numbers of patch i of each)` for three of one shape at once, panel after panel.
     pub(crate) fn for_each_of(all: [&mut Columns; 3], f: impl Fn(usize, usize, [&mut [f32]; 3]) + Sync + Send) {
         let [a, b, c] = all;
         let panels = a.panels.iter_mut().zip(&mut b.panels).zip(&mut c.panels);

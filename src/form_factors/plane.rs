@@ -90,7 +90,7 @@ mod tests {
         assert_eq!(area_vector(&below), DVec3::new(0.0, 0.0, 1.0));
         let (all, none) = split(&square, |q| q.x);
         assert_eq!((all.len(), none.len()), (4, 0));
-        // The same bits, whichever way an edge runs.
+        // An edge is cut at one place, to the bit, whichever way it runs.
         let edge = |a: DVec3, b: DVec3| crossing((a, a.x - 0.7), (b, b.x - 0.7));
         let (a, b) = (p(0.1, 0.3), p(2.9, 0.77));
         assert_eq!(edge(a, b), edge(b, a));

@@ -298,7 +298,7 @@ mod tests {
             let other = [caster([b, c, d], 0.0), caster([b, d, a], 0.0)];
             let x = DVec3::new(u, v, 0.0);
             prop_assert!((seen(x, &both) - seen(x, &other)).abs() < 1e-11);
-            // The same sheet twice is no darker.
+            // A sheet that lies there twice is no darker.
             let twice: Vec<Caster> = both.into_iter().chain(other).collect();
             prop_assert!((seen(x, &both) - seen(x, &twice)).abs() < 1e-11);
         }

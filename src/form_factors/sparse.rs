@@ -49,7 +49,7 @@ impl Rows {
         Rows::joined(Owners::everyone(rows.len()), rows, entries)
     }
 
-    /// The same of the rows that this process keeps; all processes are to call it together.
+    /// Joins the rows that this process keeps; all processes are to call it together.
     pub(crate) fn of_part(owners: Owners, own: Vec<(Vec<u32>, Vec<f32>)>) -> Rows {
         let entries: usize = own.iter().map(|r| r.0.len()).sum();
         let all = owners.sum(entries as u64) as usize;

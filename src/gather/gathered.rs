@@ -63,8 +63,8 @@ impl GatherError {
         self.share((self.camera.powi(2) + self.hemisphere.powi(2) + self.fit.powi(2)).sqrt())
     }
 
-    /// The same errors with the signal less the noise in it, `sqrt(signal² - camera² - hemisphere²)`; a quarter of the
-    /// RMS at least.
+    /// These errors over the signal less the noise in it, `sqrt(signal² - camera² - hemisphere²)`; a quarter of the RMS
+    /// at least.
     pub(crate) fn over_signal_alone(self) -> GatherError {
         let squared = self.signal.powi(2) - self.camera.powi(2) - self.hemisphere.powi(2);
         GatherError { signal: squared.max((LEAST_SIGNAL * self.signal).powi(2)).sqrt(), ..self }

@@ -244,7 +244,7 @@ impl<'a> IrradianceSampler<'a> {
     }
 
     fn nothing(&self) -> Sums {
-        let dark = |of: &FinalGather| vec![DVec3::ZERO; of.fields()];
+        let dark = |of: &FinalGather| vec![DVec3::ZERO; of.count()];
         let none =
             |_| Replica { at_once: dark(&self.at_once), onward: dark(&self.onward), direct: LightSum::default() };
         Sums { replicas: std::array::from_fn(none), counts: [0; KINDS], cast: [0; KINDS], before: DVec3::ZERO }
@@ -273,7 +273,7 @@ impl<'a> IrradianceSampler<'a> {
         let mut direct = vec![DVec3::ZERO; self.lights.emitters().count()];
         self.lights.by_emitter(&sums.direct(), |emitter, light| direct[emitter] += light / count(VISIBILITY));
         let of = |f: usize| sums.replicas.iter().map(|r| r.at_once[f]).sum::<DVec3>() / count(AT_ONCE);
-        let fields = (1..self.at_once.fields()).map(of).collect();
+        let fields = (1..self.at_once.count()).map(of).collect();
         Irradiance { direct, fields, total: means.total, squared_error, is_coarse, rays: sums.cast.iter().sum() }
     }
 

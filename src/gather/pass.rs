@@ -40,14 +40,12 @@ pub fn gather(view: &View, fields: &Fields, gathering: &Gathering, tick: Progres
         indirect.sharpen(&camera_rays, &mut pixels, &cache, &settings.plan);
     }
     let mut gathered = indirect.assemble(&pixels, fields, view);
-    gathered.rays += cache.cast;
+    gathered.rays += cache.caster.cast;
     gathered
 }
 
-/// Valid radius over the distance to the surroundings where every pixel has records.
+/// Valid radius over the distance to the surroundings, where every pixel has records and at an error of 1 %.
 const RADIUS: f64 = 0.15;
-/// Valid radius over the distance to the surroundings at an error of 1 %.
-const WITHIN: f64 = 0.15;
 /// The least valid radius, in pixels, at an error of 1 %.
 const LEAST_RADIUS: f64 = 2.5;
 /// Rays of a half at first, at an error of 1 %.
@@ -64,6 +62,7 @@ pub(crate) struct GatherSettings {
 impl GatherSettings {
     /// The first estimate; rounds of sampling correct it.
     pub fn new(view: &View, fields: &Fields, gathering: &Gathering) -> GatherSettings {
+        let pixel = view.scene.camera.pixel(view.height);
         match *gathering {
             Gathering::Uniform(sampling) => GatherSettings {
                 plan: Plan { first: (sampling.camera / 2).max(1), noise: None, deadline: None },
@@ -72,7 +71,7 @@ impl GatherSettings {
                     rays: (sampling.camera * sampling.hemisphere / 2).max(1),
                     radius: RADIUS,
                     least: 0.0,
-                    pixel: view.scene.camera.pixel(view.height),
+                    pixel,
                     seed: sampling.seed,
                 },
                 camera: CameraSampling {
@@ -85,7 +84,6 @@ impl GatherSettings {
             Gathering::Within { error, camera, seed, deadline } => {
                 // Without time for rounds the first estimate stays.
                 let fineness = if is_over(deadline) { 0.1 } else { (0.01 / error).clamp(0.1, 100.0) };
-                let pixel = view.scene.camera.pixel(view.height);
                 GatherSettings {
                     plan: Plan {
                         first: ((2.0 * fineness) as u32).clamp(2, 16).next_power_of_two(),
@@ -95,7 +93,7 @@ impl GatherSettings {
                     density: Density {
                         spacing: spacing(view.width.max(view.height)),
                         rays: ((RAYS * fineness.powf(1.4)) as u32).max(16),
-                        radius: WITHIN * fineness.powf(-0.5),
+                        radius: RADIUS * fineness.powf(-0.5),
                         least: LEAST_RADIUS * fineness.powf(-0.3),
                         pixel,
                         seed,

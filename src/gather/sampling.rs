@@ -33,7 +33,7 @@ impl GatherSampling {
 /// How well the picture is to be gathered.
 #[derive(Clone, Copy, Debug)]
 pub enum Gathering {
-    /// The same number of rays for every pixel, and a record at every pixel.
+    /// As many rays for one pixel as for another, and a record at each.
     Uniform(GatherSampling),
     /// Adaptive until the estimated error is below `error`: RMS, as a share of the RMS picture, over the pixels that
     /// see no luminaire.

@@ -174,7 +174,7 @@ impl Operator {
         self.transposed.get_or_init(|| self.f.transposed())
     }
 
-    /// The same with all its rows, wherever those of F are kept; all processes are to call it together.
+    /// F transposed with all its rows, wherever those of F are kept; all processes are to call it together.
     pub fn whole_transposed(&self) -> &Rows {
         let transposed = self.transposed();
         let is_whole = transposed.own().len() == transposed.len();

@@ -81,7 +81,9 @@ impl Patches {
             }
             size *= ratio.sqrt();
         }
-        Patches::of_size(scene, rays, found, size).of_about(count)
+        let mut patches = Patches::of_size(scene, rays, found, size);
+        patches.requested = count;
+        patches
     }
 
     /// Number of patches that `size` would give, without cutting anything.

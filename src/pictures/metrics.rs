@@ -22,7 +22,7 @@ pub enum MetricError {
     #[error("the {what} has {} x {} pixels, the picture {} x {}", found.width, found.height, size.width, size.height)]
     #[diagnostic(
         code(halflight::metric::size),
-        help("compare pictures of one size: render again with --size, or reduce the larger one")
+        help("compare pictures of one size: render one again, or reduce the larger one")
     )]
     Size {
         /// `reference`, `mask` or `standard error`.
@@ -66,7 +66,7 @@ pub enum MetricError {
 pub struct MeanDifference {
     /// `mean(I) - mean(R)` in W/(m² sr).
     pub absolute: [f64; 3],
-    /// The same over `mean(R)`; `None` in a channel where that is 0.
+    /// `(mean(I) - mean(R)) / mean(R)`; `None` in a channel where `mean(R)` is 0.
     pub relative: [Option<f64>; 3],
 }
 

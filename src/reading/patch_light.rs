@@ -151,11 +151,6 @@ impl Fields {
         self.recorded
     }
 
-    /// More rays that are followed before light is read.
-    pub(crate) fn bounces(&self) -> u32 {
-        self.recorded as u32
-    }
-
     /// Sets the least distance from which each patch is read, unit coordinates; shorter rays go on.
     pub fn not_read_nearer(mut self, near: Vec<f32>) -> Fields {
         self.near = near;
@@ -170,7 +165,7 @@ impl Fields {
 
     /// Whether every ray reads the first patch that it meets.
     pub(crate) fn is_read_at_once(&self) -> bool {
-        self.near.is_empty() && self.bounces() == 0
+        self.near.is_empty() && self.recorded == 0
     }
 
     /// The first field at a point of a patch, without the direct light of luminaires.

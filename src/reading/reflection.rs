@@ -85,8 +85,6 @@ pub(crate) struct Memory {
 #[derive(Clone)]
 pub(crate) struct Walker<'a> {
     pub view: &'a View<'a>,
-    /// Every ray ends at its first crossing.
-    opaque: bool,
     /// Width at distance 1 of the cone over which a ray sees the mean of a texture.
     cone: f64,
     /// Some surface has a texture.
@@ -95,22 +93,12 @@ pub(crate) struct Walker<'a> {
 
 impl<'a> Walker<'a> {
     pub fn new(view: &'a View<'a>) -> Walker<'a> {
-        Walker {
-            view,
-            opaque: view.lights.transports.iter().all(|t| t.tau == 0.0),
-            cone: 0.0,
-            textured: view.scene.is_textured(),
-        }
+        Walker { view, cone: 0.0, textured: view.scene.is_textured() }
     }
 
-    /// The same walker with rays that see means of textures over a cone so wide at distance 1.
+    /// This walker, its rays seeing means of textures over a cone so wide at distance 1.
     pub fn with_cone(self, cone: f64) -> Walker<'a> {
         Walker { cone, ..self }
-    }
-
-    /// `rho` of the point met.
-    pub fn rho(&self, at: &SurfaceHit) -> DVec3 {
-        self.rho_within(at, self.cone)
     }
 
     /// Reflectance within the cone of a ray that reads light at a distance; none without texture, with a mask, and on a
@@ -140,7 +128,7 @@ impl<'a> Walker<'a> {
         self.direct_each(at, random, memory, |_, _| ())
     }
 
-    /// The same; calls `each` with the emitters' parts of `alpha rho D`.
+    /// `alpha rho D` and the light emitted at a point; `alpha rho`. Calls `each` with the emitters' parts of the first.
     pub fn direct_each(
         &self,
         at: &SurfaceHit,
@@ -154,7 +142,7 @@ impl<'a> Walker<'a> {
         let width = self.cone * f64::from(at.distance);
         let emitted = || view.scene.emitted_about(at.face, at.position, width).invisible.as_dvec3();
         let glow = if luminaire { DVec3::ZERO } else { emitted() };
-        let rho = self.rho(at);
+        let rho = self.rho_within(at, self.cone);
         let reflect = f64::from(view.lights.transports[index].alpha) * rho;
         let mut direct = DVec3::ZERO;
         if reflect != DVec3::ZERO {
@@ -205,7 +193,7 @@ impl<'a> Walker<'a> {
     #[inline(always)]
     pub fn each(&self, ray: &Ray, hits: &mut Vec<Hit>, meet: impl FnMut(&Hit, f32)) -> f64 {
         let view = self.view;
-        view.rays.light_crossings(ray, self.opaque, hits);
+        view.rays.light_crossings(ray, view.lights.opaque, hits);
         view.rays.transmit(hits, |m| view.lights.transports[m].tau, meet);
         hits.first().map_or(0.0, |hit| 1.0 / f64::from(hit.t))
     }
@@ -278,7 +266,7 @@ impl Continuation<'_> {
         read.clear();
         memory.earlier.clear();
         read.resize(self.fields.count(), DVec3::ZERO);
-        let budget = RayBudget { bounces: self.fields.bounces(), most: MOST_BOUNCES };
+        let budget = RayBudget { bounces: self.fields.recorded() as u32, most: MOST_BOUNCES };
         let walk = Walk { weight: DVec3::ONE, reflections: 0, budget };
         let nearness = self.walker.follow(ray, memory, |m| {
             if self.ends(&m, budget) {

@@ -17,26 +17,14 @@ use crate::light::{Light, Transport};
 use crate::operator::{EmitterLight, LinearOperator};
 use crate::render::assembly::{Assembled, Discretization, Watch, assemble};
 use crate::render::fineness::Fineness;
-use crate::render::memory::{Held, fewer};
+use crate::render::memory::Held;
+use crate::render::pilot::fewer;
 use crate::solve::{Solution, each_bounce, explore, powers};
 
 /// Standard errors of the walks that are aimed at, as a share of the tolerance.
 const WALKS: f64 = 0.5;
 /// Share of the time given that walks may take.
 const WALKS_TIME: f64 = 0.5;
-
-/// Estimated relative errors of one term's power.
-#[derive(Clone, Copy, Debug, Default, serde::Serialize)]
-pub struct TermError {
-    /// Noise of F; 0 where the power is not that of the patches.
-    pub form_factors: f64,
-    /// Size of the patches; 0 where the power is not theirs.
-    pub patches: f64,
-    /// Standard error of the walks of light.
-    pub walks: f64,
-    /// All together.
-    pub total: f64,
-}
 
 /// What ended the search for a tolerance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,8 +54,8 @@ pub struct BounceSeries {
     pub mode: Assembled,
     /// Its series, with the powers that walks of light measured.
     pub solution: Solution,
-    /// Errors of the terms' powers, E first; empty where effort was given in place of a tolerance.
-    pub errors: Vec<TermError>,
+    /// Relative standard errors of the terms' powers, E first; empty where effort was given in place of a tolerance.
+    pub errors: Vec<f64>,
     /// What ended the search for a tolerance; none where effort was given.
     pub end: Option<End>,
     /// The terms of each emitter, where they are kept apart.
@@ -161,13 +149,12 @@ pub(crate) fn bounces_to_tolerance(
     let sampling = fineness.sampling(goal.seed);
     let p = first.cut(fineness.patches);
     let held = Held { casts: 1, solutions: 1, bounces: Some(goal.count) };
-    let less = if p.knows(&[transport], &sampling) { None } else { fewer(&p, transport, &sampling, held, goal.memory) };
-    let p = less.unwrap_or(p);
+    let p = fewer(&p, transport, &sampling, held, goal.memory.into()).unwrap_or(p);
     let lights = p.lights(p.transports(transport), goal.tolerance);
     let mode = assemble(&[(transport, lights)], &*p.rows, &sampling, watch).0.remove(0);
     let mut solution = explore(&mode.operator, goal.count);
     let errors = take_powers(&mut solution, &walked);
-    let end = match errors.iter().all(|e| e.total <= goal.tolerance) {
+    let end = match errors.iter().all(|&error| error <= goal.tolerance) {
         true => End::Met,
         false if is_over(deadline) => End::Time,
         false => End::Most,
@@ -177,19 +164,18 @@ pub(crate) fn bounces_to_tolerance(
 }
 
 /// Gives the terms the powers that walks measured, and returns their errors.
-fn take_powers(solution: &mut Solution, walked: &WalkedPowers) -> Vec<TermError> {
+fn take_powers(solution: &mut Solution, walked: &WalkedPowers) -> Vec<f64> {
     let terms = walked.terms.iter().zip(&walked.errors);
     for (bounce, (term, _)) in solution.bounces[1..].iter_mut().zip(terms).filter(|(_, (term, _))| term.is_known()) {
         (bounce.power, bounce.power_invisible) = (term.visible.to_array(), term.invisible.to_array());
     }
     let error = |(n, bounce): (usize, &crate::solve::Bounce)| {
-        let walks = match n.checked_sub(1).and_then(|k| Some((walked.terms.get(k)?, walked.errors[k]))) {
+        match n.checked_sub(1).and_then(|k| Some((walked.terms.get(k)?, walked.errors[k]))) {
             Some((term, error)) if term.is_known() => error,
             // E is exact, and a term of no power has no error.
             _ if n == 0 || bounce.power.iter().all(|&power| power == 0.0) => 0.0,
             _ => 1.0,
-        };
-        TermError { walks, total: walks, ..TermError::default() }
+        }
     };
     solution.bounces.iter().enumerate().map(error).collect()
 }

@@ -74,7 +74,7 @@ pub struct EmitterPower {
     pub name: String,
     /// Power of the visible half of its E per channel, W: `pi sum A_i E_i`; 0 of lights without area.
     pub emitted: [f64; 3],
-    /// The same of all that is reflected of its light, `KE + K²E + ...`.
+    /// Power of the visible half of all that is reflected of its light per channel, W: of `KE + K²E + ...`.
     pub reflected: [f64; 3],
 }
 

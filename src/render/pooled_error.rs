@@ -118,7 +118,7 @@ fn extend(
     (indices, seed): (std::ops::Range<u32>, u32),
     memory: &mut Memory,
 ) {
-    let mut read = vec![DVec3::ZERO; gather.fields()];
+    let mut read = vec![DVec3::ZERO; gather.count()];
     for j in 0..REPLICAS {
         read.fill(DVec3::ZERO);
         let seed = hash(point.number | OTHER, Purpose::Points(j).seed(seed));

@@ -51,7 +51,7 @@ impl Scene {
         Scene::from_objects(name, vertices, &faces, materials, vec![name.to_owned()])
     }
 
-    /// The same from faces of several objects, which count from 0 too.
+    /// A scene from faces of several objects, which count from 0 too.
     ///
     /// # Errors
     /// As [`Scene::from_faces`].

@@ -313,7 +313,7 @@ mod tests {
                 assert!((one.direction.length() - 1.0).abs() < 1e-9);
                 let weighted = one.weight * (1.0 + one.direction.x);
                 drawn += found.power() * weighted / f64::from(count * count);
-                // The same integral over uniform directions.
+                // The flux by uniform directions in place of drawn ones.
                 let (cosine, phi) = (1.0 - 2.0 * u, TAU * v);
                 let sine = (1.0 - cosine * cosine).sqrt();
                 let way = DVec3::new(sine * phi.cos(), cosine, sine * phi.sin());

@@ -81,7 +81,7 @@ impl Beam {
 }
 
 impl PunctualForm {
-    /// The same alike in all directions.
+    /// A light at a place whose intensity is alike in all directions.
     pub fn even(place: PunctualPlace) -> PunctualForm {
         PunctualForm::Point { place, beam: Beam::Even }
     }

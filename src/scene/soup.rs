@@ -104,7 +104,7 @@ pub(crate) enum Reflects {
     Defined,
     /// The grey that stands for what the file does not define.
     Undefined,
-    /// The same, and white colours of vertices define nothing either.
+    /// The grey that stands for what the file does not define, to which white colours of vertices belong as well.
     UndefinedWhite,
 }
 

@@ -148,7 +148,7 @@ impl TailBound {
         Some(sum.sqrt())
     }
 
-    /// The same patch by patch: light that everything after this term cannot exceed, either half and in any channel.
+    /// Light that everything after this term cannot exceed, patch by patch, either half and in any channel.
     pub fn field(&self, term: &[Light]) -> Option<Vec<Light>> {
         let most = [0, 1, 2].map(|c| largest(term, c));
         self.field_of(term, |i, c| [&self.ones.rest, &self.ones.seen].map(|v| most[c] * f64::from(v[i][c])))

@@ -1,4 +1,4 @@
-//! The same series on larger patches, from the same form factors: what patch size does to L.
+//! The series on larger patches, from the form factors of the smaller ones: what patch size does to L.
 //!
 //! ```text
 //! terms of  Π E,  Π KE,  Π K (Π KE),  ...      Π averages over the patches that one larger patch consists of

@@ -56,7 +56,7 @@ pub fn lights(p: &Discretization, transport: Transport) -> Lights {
     Lights::new(&p.geometry, &p.patches, &p.luminaires, p.transports(transport), 5e-4)
 }
 
-/// The same with nothing known of any pair, and `occlusion` between any two points.
+/// What lights the patches where nothing is known of any pair, with `occlusion` between any two points.
 pub fn lights_behind(p: &Discretization, occlusion: &Occlusion) -> Lights {
     let transports = p.transports(Transport::default());
     Lights::by_rays(&p.geometry, &p.patches, &p.luminaires, transports).occluded_by(occlusion.clone())

@@ -26,7 +26,7 @@ fn lit(end: f64, textured: bool, occluded: bool) -> Scene {
     scene
 }
 
-/// The same with 20 panels of the width given, one every 0.1, each an object of its own; textured, each glows in its
+/// A floor under 20 panels of the width given, one every 0.1, each an object of its own; textured, each glows in its
 /// first 0.05.
 fn lit_by_many(width: f64, textured: bool, occluded: bool) -> Scene {
     let start = |k: u32| 0.1 * f64::from(k) - 1.0;

@@ -21,7 +21,7 @@ use halflight::light::budget::CAMERA;
 use halflight::light::{Mode, Transport};
 use halflight::operator::Bounds;
 use halflight::pictures::{Size, Table, known, make_directory};
-use halflight::render::{BounceSeries, EmitterTerms, End, Fineness, TermError};
+use halflight::render::{BounceSeries, EmitterTerms, End, Fineness};
 use halflight::scene::Scene;
 use halflight::solve::{Bounce, Solution, Verdict};
 use halflight_lighting::Measured;
@@ -80,13 +80,22 @@ struct BouncesReport {
 struct BounceReport {
     #[serde(flatten)]
     bounce: Bounce,
-    /// Estimated relative errors of the power; null where effort was given instead of a tolerance.
-    error: Option<TermError>,
+    /// Estimated relative error of the power; null where effort was given instead of a tolerance.
+    error: Option<ErrorReport>,
     /// Power of the visible half of each emitter per channel, W, and its relative error, where they are kept apart.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     luminaires: BTreeMap<String, [f64; 3]>,
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     luminaire_errors: BTreeMap<String, f64>,
+}
+
+/// The error of one term's power, by what makes it: walks of light alone, as no power is that of the patches.
+#[derive(Serialize)]
+struct ErrorReport {
+    form_factors: f64,
+    patches: f64,
+    walks: f64,
+    total: f64,
 }
 
 /// The series of one mode.
@@ -95,7 +104,7 @@ struct Studied {
     solution: Solution,
     patches: usize,
     /// Errors of the terms, and what ended the search for them, where a tolerance was requested.
-    errors: Vec<TermError>,
+    errors: Vec<f64>,
     end: Option<End>,
     emitters: Vec<EmitterTerms>,
     measured: Option<Measured>,
@@ -125,14 +134,15 @@ pub fn run(own: &Bounces, common: &Common, console: &Console) -> Result<(), CliE
         sensors.check(&common.out, &stem(&scene), &transports)?;
     }
     let files = Files::new(&common.out, &stem(&scene));
-    let kept = own.keep.open(effort, transports.len() > 1, subject.exposure())?;
+    let kept = own.keep.open(transports.len() > 1, subject.exposure())?;
+    let precision = effort.precision(kept.as_ref().and_then(Kept::fineness));
     let mut run = Run { own, common, console, kept, sensors, studied: Vec::new(), files };
-    match effort.precision() {
+    match precision {
         Precision::Fixed(fineness, samples) => run.fixed(&scene, &transports, fineness, samples)?,
         Precision::Within(tolerance) => run.within(&scene, &transports, tolerance)?,
     }
     run.chart_and_table(&scene)?;
-    if let Some(kept) = &run.kept {
+    if let Some(kept) = run.kept.take() {
         kept.finish(console)?;
     }
     let Run { studied, files, .. } = run;
@@ -158,7 +168,7 @@ impl Run<'_> {
         let limit = &self.own.problem.effort.limit;
         let solver = Kept::with(self.kept.as_ref(), limit.solver(scene, seed)).apart(self.own.per.apart());
         if let Some(kept) = &self.kept {
-            kept.check_fineness(&solver, transports, (fineness, seed), self.console)?;
+            kept.read(&solver.cut(fineness.patches), transports, &fineness.sampling(seed), self.console)?;
         }
         let equations = solver.assemble(transports, fineness, self.console)?;
         let sampling = GatherSampling::with_samples(samples, seed);
@@ -172,9 +182,9 @@ impl Run<'_> {
     fn within(&mut self, scene: &Scene, transports: &[Transport], tolerance: f64) -> Result<(), CliError> {
         let (Problem { effort, time, .. }, seed) = (&self.own.problem, self.common.seed);
         let solver = Kept::with(self.kept.as_ref(), effort.limit.solver(scene, seed)).apart(self.own.per.apart());
-        solver.check_tolerance(transports, tolerance)?;
         if let Some(kept) = &self.kept {
-            kept.check_fineness(&solver, transports, (Fineness::of_terms(tolerance), seed), self.console)?;
+            let fineness = Fineness::of_terms(tolerance);
+            kept.read(&solver.cut(fineness.patches), transports, &fineness.sampling(seed), self.console)?;
         }
         for &transport in transports {
             let deadline = time.and_then(|seconds| deadline_after(Instant::now(), seconds));
@@ -206,7 +216,7 @@ impl Run<'_> {
     fn take(&mut self, series: BounceSeries, gathering: Gathering) -> Result<(), CliError> {
         let BounceSeries { mode, solution, errors, end, emitters } = series;
         if let Some(kept) = &self.kept {
-            kept.save(&mode, &solution)?;
+            kept.save(&mode.light(&solution))?;
         }
         let (transport, patches) = (mode.transport, mode.patches().len());
         let studied = Studied { transport, solution, patches, errors, end, emitters, measured: None };
@@ -243,16 +253,17 @@ impl Run<'_> {
 
 impl Studied {
     /// Error of one term, where known.
-    fn error(&self, n: usize) -> Option<TermError> {
+    fn error(&self, n: usize) -> Option<f64> {
         self.errors.get(n).copied()
     }
 
     fn report(self, scene: &Scene) -> BouncesReport {
         let apart = |n: usize| self.emitters.iter().filter_map(move |e| Some((e.name.clone(), *e.powers.get(n)?)));
         let errors = |n: usize| self.emitters.iter().filter_map(move |e| Some((e.name.clone(), *e.errors.get(n)?)));
+        let error = |walks: f64| ErrorReport { form_factors: 0.0, patches: 0.0, walks, total: walks };
         let bounce = |b: &Bounce| BounceReport {
             bounce: *b,
-            error: self.error(b.n),
+            error: self.error(b.n).map(error),
             luminaires: apart(b.n).collect(),
             luminaire_errors: errors(b.n).collect(),
         };
@@ -305,7 +316,7 @@ fn table(studied: &Studied) -> String {
             b.norm,
             b.ratio.map_or("-".into(), |r| format!("{r:.4}")),
             b.tail_bound.map_or("-".into(), |t| format!("{t:.4e}")),
-            studied.error(b.n).map_or("-".into(), |e| format!("{:.2} %", 100.0 * e.total)),
+            studied.error(b.n).map_or("-".into(), |e| format!("{:.2} %", 100.0 * e)),
         );
     }
     for emitter in &studied.emitters {
@@ -350,7 +361,7 @@ fn table_of_terms(studied: &[Studied]) -> Table {
         let mode = s.transport.mode().map_or("", Mode::name);
         for b in &s.solution.bounces {
             let ([r, g, blue], [x, y, z]) = (&b.power, &b.power_invisible);
-            let error = known(s.error(b.n).map(|e| e.total));
+            let error = known(s.error(b.n));
             let (ratio, tail) = (known(b.ratio), known(b.tail_bound));
             table.row(&[&mode, &alpha, &tau, &b.n, r, g, blue, x, y, z, &b.norm, &ratio, &tail, &error]);
         }

@@ -199,7 +199,7 @@ impl FigureArguments {
 
     /// Patches and rays, and hemisphere rays of a pixel.
     fn fineness(&self) -> (Fineness, u32) {
-        match self.effort.precision() {
+        match self.effort.precision(None) {
             Precision::Within(_) => (FINENESS, SAMPLES),
             Precision::Fixed(fineness, samples) => (fineness, samples),
         }
@@ -215,10 +215,12 @@ impl Work<'_> {
     /// The four modes: to a tolerance, or with given effort.
     fn four_modes(&self, scene: Scene) -> Result<Figure, CliError> {
         let (name, effort, console) = (scene.name.clone(), &self.own.effort, self.console);
-        let judged = matches!(effort.precision(), Precision::Within(_));
+        let (limit, precision) = (&effort.limit, effort.precision(None));
+        let judged = matches!(precision, Precision::Within(_));
         let start = Instant::now();
         let (seed, apart) = (self.common.seed, Apart::default());
-        let rendering = Rendering { effort, size: self.size, seed, time: None, apart, start, console, kept: None };
+        let (size, time, kept) = (self.size, None, None);
+        let rendering = Rendering { limit, precision, size, seed, time, apart, start, console, kept };
         let mut solved = Vec::new();
         rendering.each_mode(&scene, &Mode::ALL.map(Mode::transport), |_, transport, picture| {
             let mode = transport.mode().expect("these are the four modes");

@@ -196,7 +196,7 @@ impl Charts {
         }
     }
 
-    /// The same without light on charts that no path reaches, which are black then; and the texels that are left. A
+    /// These charts without light on those that no path reaches, which are black then; and the texels that are left. A
     /// chart so small that [`EXPECTED`] paths would not come to it by its area is kept.
     pub fn kept(mut self, scene: &Scene, counts: &[u32]) -> (Charts, Vec<usize>) {
         let block = self.fine * self.fine;

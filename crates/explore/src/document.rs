@@ -38,26 +38,57 @@ pub struct Words {
     pub attribution: String,
 }
 
+/// A page's JSON; its parts are not nested there.
 #[derive(Serialize)]
-pub(super) struct Document<'a> {
+struct Document<'a> {
+    #[serde(flatten)]
+    heading: Heading<'a>,
+    #[serde(flatten)]
+    space: Space,
+    #[serde(flatten)]
+    series: Series<'a>,
+    errors: ErrorsEntry<'a>,
+    effort: EffortEntry,
+    #[serde(flatten)]
+    surfaces: Surfaces<'a>,
+    arrays: &'a BTreeMap<&'static str, Stored>,
+    test: TestEntry<'a>,
+}
+
+/// What the page shows, in words.
+#[derive(Serialize)]
+struct Heading<'a> {
     title: &'a str,
     attribution: &'a str,
     scene: &'a str,
     version: &'static str,
+}
+
+/// The unit of length, and from where the page looks at first.
+#[derive(Serialize)]
+struct Space {
     unit: Unit,
     camera: View,
     up: [f32; 3],
-    stops: f64,
+}
+
+/// The terms of the bounce series that the page has, and what it knows of the others; first index tau.
+#[derive(Serialize)]
+struct Series<'a> {
     taus: &'a [f64],
     terms: usize,
-    fine: usize,
     lamps: Vec<LampEntry<'a>>,
     powers: Vec<Vec<Vec<[f64; 3]>>>,
     lambda: Vec<[f64; 3]>,
     rest: &'a Vec<Vec<Rest>>,
     radii: Vec<Radius>,
-    errors: ErrorsEntry<'a>,
-    effort: EffortEntry,
+}
+
+/// What emits, reflects and lets light through.
+#[derive(Serialize)]
+struct Surfaces<'a> {
+    /// Texels to a side of a chart's cell.
+    fine: usize,
     sky: Option<SkyEntry>,
     /// Whether there are lights without area, which are no patch's.
     punctual: bool,
@@ -67,8 +98,6 @@ pub(super) struct Document<'a> {
     textures: Vec<TextureEntry>,
     objects: &'a [String],
     coarse: CoarseEntry,
-    arrays: &'a BTreeMap<&'static str, Stored>,
-    test: TestEntry<'a>,
 }
 
 #[derive(Serialize)]
@@ -203,15 +232,34 @@ impl Contents<'_> {
         self.add_geometry(&mut arrays);
         self.add_charts(&mut arrays);
         self.add_light(&mut arrays);
-        let Contents { words, solved, charts, .. } = self;
-        let scene = &self.geometry.scene;
-        let kept = &solved.kept;
-        let camera = scene.camera;
         let document = Document {
-            title: &words.title,
-            attribution: &words.attribution,
-            scene: &scene.name,
-            version: env!("CARGO_PKG_VERSION"),
+            heading: self.heading(),
+            space: self.space(),
+            series: self.series(),
+            errors: ErrorsEntry { tau: &self.solved.errors, rms: self.rms },
+            effort: EffortEntry {
+                patches: self.patches.len(),
+                rays: self.solved.rays,
+                triangles: self.geometry.scene.solid_faces(),
+            },
+            surfaces: self.surfaces(materials, textures.entries),
+            arrays: &arrays.stored,
+            test: TestEntry { size: [self.test_size.width, self.test_size.height], states: self.expected },
+        };
+        // Numbers, strings and lists of them have JSON.
+        let json = serde_json::to_string(&document).unwrap_or_default();
+        Ok((json, arrays.text()))
+    }
+
+    fn heading(&self) -> Heading<'_> {
+        let Words { title, attribution } = self.words;
+        Heading { title, attribution, scene: &self.geometry.scene.name, version: env!("CARGO_PKG_VERSION") }
+    }
+
+    fn space(&self) -> Space {
+        let scene = &self.geometry.scene;
+        let camera = &scene.camera;
+        Space {
             unit: Unit { center: scene.frame.center.to_array(), scale: scene.frame.scale },
             camera: View {
                 position: camera.position.to_array(),
@@ -222,34 +270,36 @@ impl Contents<'_> {
                 nearest: self.nearest,
             },
             up: up(scene).to_array(),
-            stops: 0.0,
+        }
+    }
+
+    fn series(&self) -> Series<'_> {
+        let kept = &self.solved.kept;
+        let of_lamps =
+            |lamps: &Vec<Vec<DVec3>>| lamps.iter().map(|l| l.iter().map(DVec3::to_array).collect()).collect();
+        Series {
             taus: &kept.taus,
             terms: kept.terms(),
-            fine: charts.fine,
             lamps: self.lamps(),
-            powers: kept
-                .powers
-                .iter()
-                .map(|lamps| lamps.iter().map(|l| l.iter().map(DVec3::to_array).collect()).collect())
-                .collect(),
+            powers: kept.powers.iter().map(of_lamps).collect(),
             lambda: kept.lambda.iter().map(DVec3::to_array).collect(),
             rest: &kept.rest,
             radii: kept.radii.iter().map(|(tau, b)| Radius { tau: *tau, lower: b.lower, upper: b.upper }).collect(),
-            errors: ErrorsEntry { tau: &solved.errors, rms: self.rms },
-            effort: EffortEntry { patches: self.patches.len(), rays: solved.rays, triangles: scene.solid_faces() },
+        }
+    }
+
+    fn surfaces<'a>(&'a self, materials: Vec<MaterialEntry<'a>>, textures: Vec<TextureEntry>) -> Surfaces<'a> {
+        let scene = &self.geometry.scene;
+        Surfaces {
+            fine: self.charts.fine,
             sky: self.sky(),
             punctual: !scene.lights.is_empty(),
             own_transport: own_transport(scene),
             materials,
-            textures: textures.entries,
+            textures,
             objects: &scene.objects,
             coarse: self.coarse(),
-            arrays: &arrays.stored,
-            test: TestEntry { size: [self.test_size.width, self.test_size.height], states: self.expected },
-        };
-        // Numbers, strings and lists of them have JSON.
-        let json = serde_json::to_string(&document).unwrap_or_default();
-        Ok((json, arrays.text()))
+        }
     }
 
     fn lamps(&self) -> Vec<LampEntry<'_>> {

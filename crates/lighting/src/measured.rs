@@ -1,4 +1,6 @@
 //! Light that was measured at sensors: as a report, with how evenly it is spread, and as a table.
+//!
+//! Not handled: errors of single bounces and emitters, which sensors have none of.
 
 use std::fmt::Display;
 

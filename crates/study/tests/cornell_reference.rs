@@ -92,7 +92,7 @@ fn the_picture_and_its_bounces_agree_with_the_reference() {
     }
 }
 
-/// The same of bounces 1 to 8 over the mask of the 256×256 pictures; each to six decimals with a standard error below
+/// Means of its bounces 1 to 8 over the mask of the 256×256 pictures; each to six decimals with a standard error below
 /// 1e-6.
 const MEANS_256: [[f64; 3]; 8] = [
     [0.048299, 0.030961, 0.008438],

@@ -321,7 +321,7 @@ fn powers_of_the_terms_are_those_of_the_sky() {
     // Walks are taken where patches differ from them by more than they state; these state nothing. Walks stop at 0.25
     // %.
     assert!((reflected / (PI * 4.0 * 0.5 * 2.0) - 1.0).abs() < 4.0 * 0.0025, "{reflected}");
-    assert!(found.errors.iter().all(|e| e.total <= 0.01), "{:?}", found.errors);
+    assert!(found.errors.iter().all(|&error| error <= 0.01), "{:?}", found.errors);
 }
 
 const FLOOR: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";

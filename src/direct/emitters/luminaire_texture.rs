@@ -94,7 +94,8 @@ impl UnevenEmission {
         self.trees.iter().map(|tree| tree.beyond(x, n, tolerable)).sum::<DVec3>() + form
     }
 
-    /// The same of the pieces of it visible from the point.
+    /// The light of the pieces visible from the point, whose form factor is `form`, over that of the mean radiance of
+    /// all of it.
     pub fn light_of(&self, x: DVec3, n: DVec3, seen: &mut SeenPart, form: f64, share: f64) -> DVec3 {
         let tolerable = share * self.scale(x, form);
         let SeenPart { pieces, polygons } = seen;

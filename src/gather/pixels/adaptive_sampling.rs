@@ -132,7 +132,7 @@ fn next(pixels: &mut [Pixel], width: usize, noise: f64) -> Next {
     }
     // Last, as pixels chosen before count for others that missed the same.
     let dominant = dominant(pixels, width, &measured);
-    dominant.iter().for_each(|&k| pixels[k as usize].choose(true));
+    dominant.iter().for_each(|&k| pixels[k as usize].noise.choose(true));
     if dominant.is_empty() { Next::Enough } else { Next::Double(dominant) }
 }
 
@@ -158,7 +158,7 @@ fn dominant(pixels: &[Pixel], width: usize, measured: &Measured) -> Vec<u32> {
 
 /// The variance kept by pixels chosen since the last resampling, weighted as pixels count.
 fn unseen(pixels: &[Pixel]) -> f64 {
-    pixels.iter().map(|pixel| pixel.weight() * pixel.unseen).sum()
+    pixels.iter().map(|pixel| pixel.weight() * pixel.noise.unseen()).sum()
 }
 
 /// Rays of a half that each pixel is to have when it is resampled: twice the fewest, and a share of the mean; on the
@@ -185,7 +185,7 @@ fn resample(camera_rays: &CameraRays, pixels: &mut [Pixel], few: &[u32]) {
     let before: Vec<_> = few.iter().map(|&k| pixels[k as usize].sums_below(bright)).collect();
     let count = |pixel: &Pixel| pixel.count << (resampled_counts(pixel) / pixel.count).ilog2();
     extend(camera_rays, pixels, few, count);
-    pixels.iter_mut().for_each(|pixel| pixel.unseen = 0.0);
+    pixels.iter_mut().for_each(|pixel| pixel.noise.forget_unseen());
     for (&k, before) in few.iter().zip(before) {
         pixels[k as usize].take_resampled(before, bright);
     }
@@ -230,7 +230,7 @@ fn choose(pixels: &mut [Pixel], width: usize, measured: &Measured, wanted: f64) 
         }
         remaining -= (1.0 - DOUBLED) * variances[k as usize] * scale;
         let is_seen_around = is_seen_around(pixels, &means, width, k as usize);
-        pixels[k as usize].choose(is_seen_around);
+        pixels[k as usize].noise.choose(is_seen_around);
         chosen.push(k);
     }
     chosen.sort_unstable();
@@ -276,7 +276,7 @@ pub(crate) fn measure(pixels: &[Pixel]) -> Measured {
         measured.add(pixel, DVec3::ZERO, (a + b) / pixel.camera());
     }
     let bright = measured.bright();
-    let noise = |pixel: &Pixel| pixel.weight() * (pixel.variance_below(bright).element_sum() + pixel.unseen);
+    let noise = |pixel: &Pixel| pixel.weight() * (pixel.variance_below(bright).element_sum() + pixel.noise.unseen());
     measured.variance = pixels.iter().map(noise).sum();
     measured
 }
@@ -290,7 +290,7 @@ pub(crate) fn means(pixels: &[Pixel], bright: f64) -> Vec<DVec3> {
 /// their noise and by as much as its halves may, or as noise of half of the pixels around. A line thinner than a pixel
 /// makes neither.
 pub(crate) fn is_seen_around(pixels: &[Pixel], means: &[DVec3], width: usize, k: usize) -> bool {
-    let variance = pixels[k].differed;
+    let variance = pixels[k].noise.differed;
     let neighbour = |[u, v]: [isize; 2]| {
         let (x, y) = ((k % width).checked_add_signed(u)?, (k / width).checked_add_signed(v)?);
         (x < width && y * width < pixels.len()).then_some(y * width + x)
@@ -298,18 +298,18 @@ pub(crate) fn is_seen_around(pixels: &[Pixel], means: &[DVec3], width: usize, k:
     const HALF: [[isize; 2]; 4] = [[1, 0], [0, 1], [1, 1], [1, -1]];
     let opposite = HALF.map(|to| neighbour(to).zip(neighbour(to.map(|d| -d))));
     let is_edge = |(a, b): (usize, usize)| {
-        let noise = 4.0 * (pixels[a].differed + pixels[b].differed);
+        let noise = 4.0 * (pixels[a].noise.differed + pixels[b].noise.differed);
         (means[a] - means[b]).length_squared() >= variance.max(noise)
     };
     let around = || HALF.into_iter().flat_map(|to| [neighbour(to), neighbour(to.map(|d| -d))]).flatten();
-    let noisy = around().filter(|j| 4.0 * pixels[*j].differed >= variance).count();
+    let noisy = around().filter(|j| 4.0 * pixels[*j].noise.differed >= variance).count();
     opposite.into_iter().flatten().any(is_edge) || 2 * noisy >= around().count().max(1)
 }
 
 /// The variance of every pixel, whose [`means`] are given: that by the halves of its neighbourhood, or that of an edge
 /// through it if that is more.
 ///
-/// A pixel itself counts with its variance predicted before its last rays, [`Pixel::predicted`]: the difference of its
+/// A pixel itself counts with its variance predicted before its last rays ([`Pixel::noise`]): the difference of its
 /// halves states its error, and as a stopping rule it would end pixels where it is small by chance.
 ///
 /// Halves may agree by chance where an edge passes. An edge of contrast c leaves about `c²/12 n^-3/2` of n rays a half,
@@ -333,10 +333,10 @@ pub(crate) fn variances(pixels: &[Pixel], means: &[DVec3], width: usize) -> Vec<
         let pool = || rows.clone().flat_map(|y| columns.clone().map(move |x| y * width + x));
         let n = (columns.len() * rows.len()) as f64;
         let difference = |j: usize| match j == k {
-            true => pixels[j].predicted,
+            true => pixels[j].noise.predicted,
             // A small face is in one pixel.
-            false if pixels[j].is_explained => 0.0,
-            false => pixels[j].differed,
+            false if pixels[j].noise.is_explained => 0.0,
+            false => pixels[j].noise.differed,
         };
         let edge = pool().map(|j| bends[j]).sum::<f64>() / n / 12.0 * f64::from(pixels[k].count).powf(-1.5);
         (pool().map(difference).sum::<f64>() / n).max(edge).max(pixels[k].small_face_variance().element_sum())
@@ -352,7 +352,7 @@ mod tests {
     /// A pixel with so many camera rays in each half, and the mean light of each.
     fn pixel(count: u32, light: [f64; 2]) -> Pixel {
         let mut pixel = Pixel::default();
-        (pixel.count, pixel.lit) = (count, light.map(|l| DVec3::splat(l * f64::from(count))));
+        (pixel.count, pixel.light.lit) = (count, light.map(|l| DVec3::splat(l * f64::from(count))));
         pixel
     }
 
@@ -373,7 +373,7 @@ mod tests {
             pixels[NOISY as usize] = pixel(4, [1.0, 0.8]);
             assert!(doubled(&mut pixels, WIDTH, 0.001).contains(&NOISY));
             let mut twice = |k: usize, [a, b]: [f64; 2]| {
-                (pixels[k].count, pixels[k].lit) = (8, [a, b].map(|l| DVec3::splat(8.0 * l)));
+                (pixels[k].count, pixels[k].light.lit) = (8, [a, b].map(|l| DVec3::splat(8.0 * l)));
             };
             (0..8 * WIDTH).for_each(|k| twice(k, [0.9, 0.9]));
             // Another difference in the picture, far away.
@@ -394,14 +394,14 @@ mod tests {
         let chosen = doubled(&mut pixels, WIDTH, 1e-4);
         assert!(chosen.is_sorted_by(|a, b| a < b) && chosen.contains(&(NOISY as u32)));
         // With more rays the halves agree; the variance it was chosen for still counts.
-        (pixels[NOISY].count, pixels[NOISY].lit) = (8192, [DVec3::splat(8192.0); 2]);
+        (pixels[NOISY].count, pixels[NOISY].light.lit) = (8192, [DVec3::splat(8192.0); 2]);
         assert!(measure(&pixels).variance > 0.0);
         let Next::Resample(few) = next(&mut pixels, WIDTH, 1e-4) else { panic!("resampling is due") };
         assert_eq!(few.len(), pixels.len() - 1);
         // A share of what pixels have in the mean, and on the outline of a luminaire all of it.
         let (resampled_counts, mean) = (resampled_counts(&pixels), (8192.0 + 127.0 * 4.0) / 128.0);
         assert_eq!(resampled_counts(&pixels[0]), (RESAMPLED * mean) as u32);
-        pixels[0].emitting = 1;
+        pixels[0].met.emitting = 1;
         assert_eq!(resampled_counts(&pixels[0]), mean as u32);
         // Noise that continues from pixel to pixel means nothing unseen.
         let mut pixels: Vec<Pixel> = (0..8 * WIDTH).map(|_| pixel(4, [1.0, 0.9])).collect();
@@ -428,14 +428,14 @@ mod tests {
     fn a_resampled_pixel_has_the_variance_of_its_new_rays() {
         let mut one = pixel(4, [1.0, 1.0]);
         let before = one.sums_below(f64::INFINITY);
-        (one.count, one.lit) = (8, [DVec3::splat(8.0), DVec3::splat(4.0 + 4.0 * 2.0)]);
+        (one.count, one.light.lit) = (8, [DVec3::splat(8.0), DVec3::splat(4.0 + 4.0 * 2.0)]);
         one.take_resampled(before, f64::INFINITY);
         // Halves of the new rays are 1 and 2: a variance of 1/4 by half of the rays.
         assert!((one.variance_below(f64::INFINITY) - DVec3::splat(0.125)).abs().max_element() < 1e-12);
-        one.choose(false);
-        assert!((one.unseen - 0.375).abs() < 1e-12, "all channels");
-        one.choose(false);
-        assert!((one.unseen - 0.375).abs() < 1e-12, "it is counted once");
+        one.noise.choose(false);
+        assert!((one.noise.unseen() - 0.375).abs() < 1e-12, "all channels");
+        one.noise.choose(false);
+        assert!((one.noise.unseen() - 0.375).abs() < 1e-12, "it is counted once");
         assert_eq!(one.variance_below(f64::INFINITY), one.variance(one.halves()));
     }
 
@@ -462,9 +462,9 @@ mod tests {
         let mut pixels: Vec<Pixel> = (0..16).map(|_| pixel(64, [1.0, 0.9])).collect();
         let without = share(&pixels);
         let lamp = DVec3::splat(64.0 * 500.0);
-        (pixels[3].emitted, pixels[3].emitting) = ([lamp; 2], 1);
+        (pixels[3].light.emitted, pixels[3].met.emitting) = ([lamp; 2], 1);
         assert!((share(&pixels) / without - 1.0).abs() < 1e-9, "{} {without}", share(&pixels));
-        pixels[3].emitted = [lamp, DVec3::ZERO];
+        pixels[3].light.emitted = [lamp, DVec3::ZERO];
         assert!(share(&pixels) > without, "the lamp's outline is noise");
         // A picture of nothing but lamps is judged by them.
         pixels.iter_mut().for_each(|pixel| pixel.counts_emission = true);

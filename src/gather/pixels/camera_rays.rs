@@ -14,7 +14,7 @@ use glam::{DVec2, DVec3, Vec2};
 use crate::direct::{Choice, Highlights, LightSum, Scratch as Memory};
 use crate::gather::pixels::pixel::{Pixel, bit};
 use crate::gather::pixels::pixel_layer::SurfaceKey;
-use crate::gather::pixels::pixel_texture::{Adjusted, PixelCells, SeenPoint, surfaces};
+use crate::gather::pixels::pixel_texture::{Adjusted, PixelCells, PixelTexture, SeenPoint, surfaces};
 use crate::light::Rgb;
 use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Sobol, hash};
@@ -89,7 +89,7 @@ impl<'a> CameraRays<'a> {
 
     /// Casts camera rays until each half has `count`.
     pub fn extend(&self, k: usize, pixel: &mut Pixel, count: u32, scratch: &mut PixelScratch) {
-        let mut partly_hidden = pixel.partly_hidden;
+        let mut partly_hidden = pixel.met.partly_hidden;
         for half in 0..2 {
             scratch.sum.clear();
             let mut seen = std::mem::take(&mut scratch.seen);
@@ -102,27 +102,25 @@ impl<'a> CameraRays<'a> {
             let met = seen.chunk_by(|a, b| a.index == b.index).count() as u32;
             let beyond = (met < count - pixel.count).then_some(f32::INFINITY);
             let distances = seen.iter().map(|point| point.position.distance(eye)).chain(beyond);
-            distances.for_each(|distance| pixel.extend_reach(distance));
+            distances.for_each(|distance| pixel.met.extend_reach(distance));
             let adjusted = pixel.texture.see(self.view, k, &seen, all);
-            if self.textured && pixel.texture.is_varied() {
+            if self.textured && matches!(pixel.texture, PixelTexture::Varied) {
                 self.average(k, count - pixel.count, &mut seen);
             }
             for points in seen.chunk_by(|a, b| a.index == b.index) {
                 let shade = |point: &SeenPoint| self.shade(point, adjusted, ray(point.index), pixel, scratch);
                 let emitting = points.iter().map(shade).filter(|emits| *emits).count();
-                pixel.emitting += u32::from(emitting > 0);
+                pixel.met.emitting += u32::from(emitting > 0);
             }
             scratch.seen = seen;
             self.view.lights.partly_hidden(&scratch.sum, |l| partly_hidden |= bit(l));
-            let direct = self.view.lights.total(&scratch.sum);
-            pixel.direct += direct;
-            pixel.lit[half] += direct;
+            pixel.light.lit[half] += self.view.lights.total(&scratch.sum);
             if self.view.lights.emitters().are_apart() {
-                self.view.lights.by_emitter(&scratch.sum, |e, light| pixel.emitter(e).lit[half] += light);
+                self.view.lights.by_emitter(&scratch.sum, |e, light| pixel.light.emitter(e)[half] += light);
             }
         }
-        pixel.rays += std::mem::take(&mut scratch.memory.cast) + 2 * u64::from(count - pixel.count);
-        (pixel.count, pixel.partly_hidden) = (count, partly_hidden);
+        pixel.met.rays += std::mem::take(&mut scratch.memory.cast) + 2 * u64::from(count - pixel.count);
+        (pixel.count, pixel.met.partly_hidden) = (count, partly_hidden);
     }
 
     /// Gives the points that so many rays of pixel k see, away from edges, the mean reflectance over their cells.
@@ -168,7 +166,7 @@ impl<'a> CameraRays<'a> {
         let mut own = Pixel::default();
         scratch.sum.clear();
         self.shade(&seen, Adjusted::NOT, ray, &mut own, scratch);
-        (own.reflecting > 0).then(|| self.view.lights.total(&scratch.sum) + own.ambient[0])
+        (own.met.reflecting > 0).then(|| self.view.lights.total(&scratch.sum) + own.light.ambient[0])
     }
 
     /// What a camera ray sees.
@@ -203,21 +201,21 @@ impl<'a> CameraRays<'a> {
         let share = f64::from(share);
         let Some(patch) = view.patches.at(hit.face, hit.side, position) else {
             // A second side would change nothing where none reflects.
-            pixel.backs += u32::from(view.scene.material(hit.face).rho != Rgb::ZERO);
+            pixel.met.backs += u32::from(view.scene.material(hit.face).rho != Rgb::ZERO);
             return false;
         };
         let emitted = view.scene.emitted_at(hit.face, position).visible.as_dvec3();
         let emits = emitted != DVec3::ZERO;
-        pixel.emitted[ray.half] += share * emitted;
+        pixel.light.emitted[ray.half] += share * emitted;
         if emits && view.lights.emitters().are_apart() {
             let emitter = view.lights.emitters().of_face(view.scene, hit.face);
-            pixel.emitter(emitter).emitted[ray.half] += share * emitted;
+            pixel.light.emitter(emitter)[ray.half] += share * emitted;
         }
         let (material, typical) = (view.scene.material(hit.face), view.patches.reflectance(view.scene, patch as usize));
         if typical == Rgb::ZERO && material.gloss.is_none() {
             return emits;
         }
-        pixel.reflecting += 1;
+        pixel.met.reflecting += 1;
         let receiver = view.surface_point(hit.face, hit.side, position);
         if let (Some(highlights), Some(gloss)) = (&self.highlights, material.gloss) {
             let seed = hash(HIGHLIGHTS, ray.seed);
@@ -239,7 +237,7 @@ impl<'a> CameraRays<'a> {
         let asked = |l: usize| if pixel.asks(l) { self.visibility } else { 1 };
         view.lights.add(sum, (&receiver, patch, rho), asked, point, memory);
         if !self.dark {
-            pixel.ambient[ray.half] += rho * self.fields.ambient(patch).as_dvec3();
+            pixel.light.ambient[ray.half] += rho * self.fields.ambient(patch).as_dvec3();
             pixel.layer(key, receiver).add(ray.half, &receiver, rho);
         }
         emits

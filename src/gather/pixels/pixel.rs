@@ -10,65 +10,45 @@ use glam::DVec3;
 
 use crate::error::halves::Halves;
 use crate::gather::pixels::pixel_layer::{Layer, SurfaceKey};
+use crate::gather::pixels::pixel_light::PixelLight;
+use crate::gather::pixels::pixel_noise::PixelNoise;
 use crate::gather::pixels::pixel_texture::PixelTexture;
 use crate::surfaces::SurfacePoint;
 
 /// Sums over the camera rays of one pixel.
 #[derive(Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Pixel {
-    /// Light as emitted, of each half.
-    pub emitted: [DVec3; 2],
-    pub direct: DVec3,
-    /// Direct light of each half.
-    pub lit: [DVec3; 2],
-    /// The emitters' parts of light as emitted and of direct light; empty where they are not kept apart.
-    pub emitters: Vec<EmitterSums>,
-    /// Indirect light of each half: what the patches themselves receive, until it is gathered.
-    pub ambient: [DVec3; 2],
     /// Camera rays of each half.
     pub count: u32,
+    pub light: PixelLight,
+    pub met: Met,
+    /// The surfaces that reflect indirect light to it.
     pub layers: Vec<Layer>,
     /// The texture, where all of it is one surface.
     pub texture: PixelTexture,
-    pub backs: u32,
-    /// Luminaires of which its rays saw a part, by [`bit`].
-    pub partly_hidden: u64,
-    /// Camera rays that met light as emitted.
-    pub emitting: u32,
-    /// Whether the pixel counts in the error whatever it emits, as where the picture shows nothing but luminaires.
-    pub counts_emission: bool,
-    /// Camera rays that met a side that reflects.
-    pub reflecting: u32,
-    pub rays: u64,
-    /// The variance by the difference of the halves, when that was last noted.
-    pub differed: f64,
-    /// The variance predicted before the last rays were cast, independent of them.
-    pub predicted: f64,
-    /// Camera rays of each half when the difference was last noted.
-    pub noted: u32,
-    /// The variance by the rays of the last resampling alone; none where the pixel was never resampled, or chosen
-    /// since.
-    resampled: Option<DVec3>,
-    /// Whether it was chosen since the last resampling.
-    chosen: bool,
-    /// The variance for which it was chosen since the last resampling: the estimate for pixels that missed the same.
-    pub unseen: f64,
-    /// Distances from the camera of the nearest and of the farthest point that its rays met, infinite where one met
-    /// nothing; none before the first.
-    pub reach: Option<[f32; 2]>,
     /// The faces smaller than it that it shows.
     pub small_faces: Vec<SmallFace>,
-    /// Whether one of those may explain the difference of the halves when that was last noted.
-    pub is_explained: bool,
+    pub noise: PixelNoise,
+    /// Whether the pixel counts in the error whatever it emits, as where the picture shows nothing but luminaires.
+    pub counts_emission: bool,
 }
 
-/// What one emitter sends to a pixel without another reflection, of each half.
-#[derive(Clone, Copy, Debug, Default, serde::Serialize, serde::Deserialize)]
-pub(crate) struct EmitterSums {
-    /// Light as emitted.
-    pub emitted: [DVec3; 2],
-    /// Direct light.
-    pub lit: [DVec3; 2],
+/// What the camera rays of a pixel met.
+#[derive(Default, serde::Serialize, serde::Deserialize)]
+pub(crate) struct Met {
+    /// Camera rays that met light as emitted.
+    pub emitting: u32,
+    /// Camera rays that met a side that reflects.
+    pub reflecting: u32,
+    /// Camera rays that met the black back of a one-sided face.
+    pub backs: u32,
+    /// Rays cast, to lights as well.
+    pub rays: u64,
+    /// Luminaires of which they saw a part, by [`bit`].
+    pub partly_hidden: u64,
+    /// Distances from the camera of the nearest and of the farthest point met, infinite where one met nothing; none
+    /// before the first.
+    reach: Option<[f32; 2]>,
 }
 
 /// The sums of a pixel at some moment.
@@ -91,6 +71,19 @@ pub(crate) fn bit(luminaire: usize) -> u64 {
     1 << (luminaire % u64::BITS as usize)
 }
 
+impl Met {
+    /// Extends the reach to a distance at which a ray met a point.
+    pub fn extend_reach(&mut self, distance: f32) {
+        let [near, far] = self.reach.unwrap_or([distance; 2]);
+        self.reach = Some([near.min(distance), far.max(distance)]);
+    }
+
+    /// Whether a point is behind all that was met: farther by as much as that differs by.
+    pub fn hides(&self, distance: f32) -> bool {
+        self.reach.is_some_and(|[near, far]| distance > far + (far - near) + LEVEL * far)
+    }
+}
+
 impl Pixel {
     /// The layer of a surface seen; a new one if no camera ray has seen it before.
     pub fn layer(&mut self, key: SurfaceKey, seen: SurfacePoint) -> &mut Layer {
@@ -102,17 +95,9 @@ impl Pixel {
         &mut self.layers[k]
     }
 
-    /// The sums of an emitter that is kept apart.
-    pub fn emitter(&mut self, number: usize) -> &mut EmitterSums {
-        if self.emitters.len() <= number {
-            self.emitters.resize(number + 1, EmitterSums::default());
-        }
-        &mut self.emitters[number]
-    }
-
     /// Whether a luminaire is to be asked with all visibility rays, as a part of it is hidden or may be.
     pub fn asks(&self, luminaire: usize) -> bool {
-        self.count < SHOW || self.partly_hidden & bit(luminaire) != 0
+        self.count < SHOW || self.met.partly_hidden & bit(luminaire) != 0
     }
 
     /// Camera rays of both halves.
@@ -122,12 +107,7 @@ impl Pixel {
 
     /// Whether some camera rays met light as emitted, but not all.
     pub fn shows_outline(&self) -> bool {
-        0 < self.emitting && self.emitting < 2 * self.count
-    }
-
-    /// Light as emitted, sum over the camera rays.
-    pub fn emission(&self) -> DVec3 {
-        self.emitted[0] + self.emitted[1]
+        0 < self.met.emitting && self.met.emitting < 2 * self.count
     }
 
     /// All light of each half, sums over its camera rays.
@@ -138,7 +118,7 @@ impl Pixel {
     /// The light of each half, of which what is emitted counts no more than `bright`, sums over its camera rays.
     pub fn halves_below(&self, bright: f64) -> [DVec3; 2] {
         let most = if self.counts_emission { f64::INFINITY } else { bright * f64::from(self.count) };
-        [0, 1].map(|half| self.emitted[half].min(DVec3::splat(most)) + self.lit[half] + self.ambient[half])
+        self.light.halves(most)
     }
 
     /// Standard error squared of the mean of two halves of the camera rays, all channels.
@@ -154,18 +134,7 @@ impl Pixel {
 
     /// The variance estimated from rays.
     fn sampled_variance_below(&self, bright: f64) -> DVec3 {
-        self.resampled.unwrap_or_else(|| self.variance(self.halves_below(bright)))
-    }
-
-    /// Extends the reach to a distance at which a ray met a point.
-    pub fn extend_reach(&mut self, distance: f32) {
-        let [near, far] = self.reach.unwrap_or([distance; 2]);
-        self.reach = Some([near.min(distance), far.max(distance)]);
-    }
-
-    /// Whether a point is behind what its rays met: farther by as much as those differ by.
-    pub fn hides(&self, distance: f32) -> bool {
-        self.reach.is_some_and(|[near, far]| distance > far + (far - near) + LEVEL * far)
+        self.noise.resampled().unwrap_or_else(|| self.variance(self.halves_below(bright)))
     }
 
     /// The variance that small faces make which its rays may have missed.
@@ -189,19 +158,7 @@ impl Pixel {
         let now = self.sums_below(bright);
         let more = f64::from(now.count - before.count);
         let own = Halves::of([0, 1].map(|half| (now.halves[half] - before.halves[half]) / more));
-        let own = own.variance() * (more / f64::from(now.count));
-        (self.resampled, self.chosen) = (Some(own), false);
-        self.predicted = own.element_sum();
-        (self.differed, self.noted) = (self.predicted, self.count);
-    }
-
-    /// Marks it as chosen to get more rays because of its variance, which counts as unseen unless it shows around it as
-    /// well or a known face explains it.
-    pub fn choose(&mut self, is_seen_around: bool) {
-        if !self.chosen && !self.is_explained && !is_seen_around {
-            self.unseen = self.differed;
-        }
-        (self.resampled, self.chosen) = (None, true);
+        self.noise.resample(own.variance() * (more / f64::from(now.count)), self.count);
     }
 
     /// Notes the variance by the difference of the halves, their emission up to `bright`, and predicts it from the one
@@ -209,13 +166,8 @@ impl Pixel {
     pub fn note_difference(&mut self, bright: f64, remaining: f64) {
         let now = self.sampled_variance_below(bright).element_sum();
         let mean = self.reflected();
-        self.is_explained = self.small_faces.iter().any(|face| face.explains(now, mean, self.camera()));
-        if self.noted == 0 {
-            self.predicted = now;
-        } else if self.noted < self.count {
-            self.predicted = remaining * self.differed;
-        }
-        (self.differed, self.noted) = (now, self.count);
+        self.noise.is_explained = self.small_faces.iter().any(|face| face.explains(now, mean, self.camera()));
+        self.noise.note(now, self.count, remaining);
     }
 
     /// How much the pixel counts in the error: the probability that none of [`LUMINAIRE_RAYS`] rays through it meets
@@ -224,7 +176,7 @@ impl Pixel {
         if self.counts_emission {
             return 1.0;
         }
-        let share = f64::from(self.emitting) / self.camera().max(1.0);
+        let share = f64::from(self.met.emitting) / self.camera().max(1.0);
         (1.0 - share).powi(LUMINAIRE_RAYS)
     }
 }

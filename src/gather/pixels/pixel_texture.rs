@@ -102,11 +102,6 @@ impl Adjusted {
 }
 
 impl PixelTexture {
-    /// Whether the pixel shows more than one plane surface with one texture, or none.
-    pub fn is_varied(&self) -> bool {
-        matches!(self, PixelTexture::Varied)
-    }
-
     /// Adds the points that more camera rays of pixel k see; `all`: whether each of the rays saw one. Returns the
     /// adjustment of their reflectance.
     pub fn see(&mut self, view: &View, k: usize, points: &[SeenPoint], all: bool) -> Adjusted {

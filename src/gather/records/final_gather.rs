@@ -13,7 +13,7 @@ use crate::gather::records::guiding::Guiding;
 use crate::light::Rgb;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::{FAN, Fan, Hit, Ray};
-use crate::reading::patch_light::{FieldLayers, Fields};
+use crate::reading::patch_light::Fields;
 use crate::reading::reflection::{Continuation, Memory, RaySample, SurfaceHit, Walker};
 use crate::reading::view::View;
 use crate::surfaces::SurfacePoint;
@@ -43,7 +43,7 @@ struct Counted {
 /// Reads fields along cosine-distributed rays.
 pub(crate) struct FinalGather<'a> {
     view: &'a View<'a>,
-    fields: &'a Fields,
+    pub fields: &'a Fields,
     sobol: Sobol,
     continuation: Continuation<'a>,
 }
@@ -55,22 +55,12 @@ impl<'a> FinalGather<'a> {
         FinalGather { view, fields, sobol: Sobol::new(TABLED, 3), continuation }
     }
 
-    /// Number of fields that make the picture.
-    pub fn picture_fields(&self) -> usize {
-        self.fields.picture_fields()
-    }
-
-    /// Which of the last fields are the picture's taken apart.
-    pub fn layers(&self) -> FieldLayers {
-        self.fields.layers()
-    }
-
     /// The length of the brightest light of the fields that make the picture, over the middles of patches.
     pub fn brightest(&self) -> f64 {
         let patches = self.view.patches;
         let light = |i: usize| -> Rgb {
             let at = patches.point(i, 0.5, 0.5).position;
-            let own = &self.fields.of_patch(i as u32)[..self.picture_fields()];
+            let own = &self.fields.of_patch(i as u32)[..self.fields.picture_fields()];
             own.iter().map(|l| l.at(at)).sum()
         };
         let lengths = (0..patches.len()).map(|i| f64::from(light(i).length()));
@@ -78,7 +68,7 @@ impl<'a> FinalGather<'a> {
     }
 
     /// Number of fields read, and of earlier readings of the first that follow them.
-    pub fn fields(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.fields.count() + self.fields.recorded()
     }
 

@@ -23,8 +23,9 @@ use glam::DVec3;
 use crate::error::SquaredError;
 use crate::error::halves::Halves;
 use crate::gather::pixels::pixel::Pixel;
-use crate::gather::records::irradiance_cache::{Fitted, IrradianceCache, Record, Site};
+use crate::gather::records::irradiance_cache::{Fitted, IrradianceCache, OwnRecord};
 use crate::gather::records::pixel_lattice::skewed;
+use crate::gather::records::record::{Record, Site};
 use crate::light::team;
 use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Stream, hash};
@@ -81,39 +82,38 @@ impl FitError {
     }
 }
 
-impl IrradianceCache<'_> {
-    /// The error of the fit, estimated at places sampled in one `round`.
-    pub fn validate(&mut self, pixels: &[Pixel], round: u32) -> FitError {
-        let stride = self.pixel_stride();
-        let places = self.layer_fits(pixels, round, stride);
-        let draws = self.draws(&places, round);
-        let mut fresh: Vec<Record> = draws.iter().map(|draw| self.fresh(&places[draw.place], pixels, round)).collect();
-        self.extend(&mut fresh, |j| (places[draws[j].place].rays as u32).max(1));
-        let error = |(draw, record): (&Draw, &Record)| {
-            let place = &places[draw.place];
-            let own = self.total(&record.means().collect::<Vec<_>>());
-            let squared = Halves::of(place.fitted).less(Halves::of(own)).times(place.rho).squared();
-            DrawnError { uncertainty: place.uncertainty, squared: stride as f64 * draw.counts * place.weight * squared }
-        };
-        FitError::new(draws.iter().zip(&fresh).map(error).collect())
-    }
+/// The error of the fit, estimated at places sampled in one `round`.
+pub(crate) fn validate(cache: &mut IrradianceCache, pixels: &[Pixel], round: u32) -> FitError {
+    let stride = pixel_stride(cache);
+    let places = layer_fits(cache, pixels, round, stride);
+    let draws = draws(cache, &places, round);
+    let mut fresh: Vec<Record> = draws.iter().map(|draw| fresh(cache, &places[draw.place], pixels, round)).collect();
+    cache.caster.extend(&mut fresh, |j| (places[draws[j].place].rays as u32).max(1));
+    let error = |(draw, record): (&Draw, &Record)| {
+        let place = &places[draw.place];
+        let own = cache.light.total(&record.means().collect::<Vec<_>>());
+        let squared = Halves::of(place.fitted).less(Halves::of(own)).times(place.rho).squared();
+        DrawnError { uncertainty: place.uncertainty, squared: stride as f64 * draw.counts * place.weight * squared }
+    };
+    FitError::new(draws.iter().zip(&fresh).map(error).collect())
+}
 
-    /// A record of a place, independent of those in the cache.
-    fn fresh(&mut self, &LayerFit { pixel, layer, .. }: &LayerFit, pixels: &[Pixel], round: u32) -> Record {
-        let seed = hash(pixel as u32, hash(layer as u32, hash(round, Purpose::Validation.seed(self.density.seed))));
-        let site = Site { pixel, camera_count: pixels[pixel].count, spacing: 1, seed, density: 0 };
-        self.record(&pixels[pixel].layers[layer], site)
-    }
+/// A record of a place, independent of those in the cache.
+fn fresh(cache: &mut IrradianceCache, place: &LayerFit, pixels: &[Pixel], round: u32) -> Record {
+    let &LayerFit { pixel, layer, .. } = place;
+    let seed = hash(pixel as u32, hash(layer as u32, hash(round, Purpose::Validation.seed(cache.density.seed))));
+    let site = Site { pixel, camera_count: pixels[pixel].count, spacing: 1, seed };
+    cache.caster.record(&pixels[pixel].layers[layer], site)
+}
 
-    /// The places drawn in a round, as many as the rays allow.
-    fn draws(&self, places: &[LayerFit], round: u32) -> Vec<Draw> {
-        let chances = chances(places);
-        let all: f64 = self.records.iter().map(|record| f64::from(record.rays)).sum();
-        let price: f64 = chances.iter().zip(places).map(|(chance, place)| chance * place.rays.max(1.0)).sum();
-        let count = (SHARE * all / price).max(LEAST_PLACES).round();
-        let mut random = Stream::new(hash(round, Purpose::Validation.seed(self.density.seed)));
-        drawn(&chances, count, random.uniform().into())
-    }
+/// The places drawn in a round, as many as the rays allow.
+fn draws(cache: &IrradianceCache, places: &[LayerFit], round: u32) -> Vec<Draw> {
+    let chances = chances(places);
+    let all: f64 = cache.records.iter().map(|record| f64::from(record.rays)).sum();
+    let price: f64 = chances.iter().zip(places).map(|(chance, place)| chance * place.rays.max(1.0)).sum();
+    let count = (SHARE * all / price).max(LEAST_PLACES).round();
+    let mut random = Stream::new(hash(round, Purpose::Validation.seed(cache.density.seed)));
+    drawn(&chances, count, random.uniform().into())
 }
 
 /// The probability that each place is drawn.
@@ -143,7 +143,7 @@ fn drawn(chances: &[f64], count: f64, offset: f64) -> Vec<Draw> {
 /// Layers to draw from, to a factor of two: many times as many as are drawn.
 const LAYERS: usize = 16_384;
 
-/// A layer of a pixel, as one of [`IrradianceCache::layer_fits`].
+/// A layer of a pixel, as one of [`layer_fits`].
 #[derive(serde::Serialize, serde::Deserialize)]
 pub(crate) struct LayerFit {
     pub pixel: usize,
@@ -162,50 +162,63 @@ pub(crate) struct LayerFit {
     pub rays: f64,
 }
 
-impl IrradianceCache<'_> {
-    /// Every layer of some pixels that takes more than its own record's light, in order: one in `stride` pixels in each
-    /// row and column, others from turn to turn.
-    pub fn layer_fits(&self, pixels: &[Pixel], turn: u32, stride: usize) -> Vec<LayerFit> {
-        let width = self.width();
-        let of_pixel = |fitted: &mut Fitted, k: usize| -> Vec<LayerFit> {
-            if !(skewed(k, width) + turn as usize).is_multiple_of(stride) {
-                return Vec::new();
-            }
-            let fits = (0..pixels[k].layers.len()).filter(|l| !self.alone[self.starts[k] + l]);
-            fits.map(|l| self.layer_fit(fitted, &pixels[k], [k, l])).collect()
-        };
-        team::share(pixels.len(), |_| 1.0).map(Fitted::default, of_pixel).into_iter().flatten().collect()
-    }
-
-    /// One in so many pixels is evaluated: errors larger than a few pixels show in some of them.
-    pub fn pixel_stride(&self) -> usize {
-        (self.record_of.len() / LAYERS).max(1)
-    }
-
-    /// Layer l of pixel k.
-    fn layer_fit(&self, fitted: &mut Fitted, pixel: &Pixel, [k, l]: [usize; 2]) -> LayerFit {
-        let layer = &pixel.layers[l];
-        self.at(fitted, k, l, layer);
-        let fit @ [a, b] = self.total(&fitted.values);
-        let (rho, weight) = (layer.mean_reflectance(pixel.camera()), pixel.weight());
-        let mean = 0.5 * (a + b);
-        let (mut spread, mut variance) = (0.0, 0.0);
-        for &(i, coefficient) in &fitted.fit.coefficients {
-            let [u, v] = self.total(self.means(i as usize));
-            spread += coefficient.abs() * (rho * (0.5 * (u + v) - mean)).length_squared();
-            variance += coefficient * coefficient / f64::from(self.records[i as usize].rays.max(1));
+/// Every layer of some pixels that takes more than its own record's light, in order: one in `stride` pixels in each
+/// row and column, others from turn to turn.
+fn layer_fits(cache: &IrradianceCache, pixels: &[Pixel], turn: u32, stride: usize) -> Vec<LayerFit> {
+    let width = cache.light.lattice.width();
+    let of_pixel = |fitted: &mut Fitted, k: usize| -> Vec<LayerFit> {
+        if !(skewed(k, width) + turn as usize).is_multiple_of(stride) {
+            return Vec::new();
         }
-        LayerFit {
-            pixel: k,
-            layer: l,
-            fitted: fit,
-            rho,
-            weight,
-            light: weight * (rho * mean).length_squared(),
-            uncertainty: weight * fitted.fit.variance() * spread,
-            rays: if variance > 0.0 { variance.recip() } else { 1.0 },
-        }
+        let fits = (0..pixels[k].layers.len()).filter(|&l| !matches!(cache.layers.of(k, l), OwnRecord::Alone(_)));
+        fits.map(|l| layer_fit(cache, fitted, &pixels[k], [k, l])).collect()
+    };
+    team::share(pixels.len(), |_| 1.0).map(Fitted::default, of_pixel).into_iter().flatten().collect()
+}
+
+/// One in so many pixels is evaluated: errors larger than a few pixels show in some of them.
+fn pixel_stride(cache: &IrradianceCache) -> usize {
+    (cache.layers.count() / LAYERS).max(1)
+}
+
+/// Layer l of pixel k.
+fn layer_fit(cache: &IrradianceCache, fitted: &mut Fitted, pixel: &Pixel, [k, l]: [usize; 2]) -> LayerFit {
+    let layer = &pixel.layers[l];
+    cache.at(fitted, k, l, layer);
+    let fit @ [a, b] = cache.light.total(&fitted.values);
+    let (rho, weight) = (layer.mean_reflectance(pixel.camera()), pixel.weight());
+    let mean = 0.5 * (a + b);
+    let (mut spread, mut variance) = (0.0, 0.0);
+    for &(i, coefficient) in &fitted.fit.coefficients {
+        let [u, v] = cache.light.total(cache.light.means(i as usize));
+        spread += coefficient.abs() * (rho * (0.5 * (u + v) - mean)).length_squared();
+        variance += coefficient * coefficient / f64::from(cache.records[i as usize].rays.max(1));
     }
+    LayerFit {
+        pixel: k,
+        layer: l,
+        fitted: fit,
+        rho,
+        weight,
+        light: weight * (rho * mean).length_squared(),
+        uncertainty: weight * fitted.fit.variance() * spread,
+        rays: if variance > 0.0 { variance.recip() } else { 1.0 },
+    }
+}
+
+/// Has every layer whose fit is less certain than `most` gather for itself; each gets as many rays as records have
+/// in the mean.
+pub(crate) fn part(cache: &mut IrradianceCache, most: f64, pixels: &[Pixel]) {
+    let first = cache.records.len();
+    let rays = cache.records.iter().map(|p| u64::from(p.rays)).sum::<u64>() / first.max(1) as u64;
+    for LayerFit { pixel, layer, .. } in layer_fits(cache, pixels, 0, 1).into_iter().filter(|f| f.uncertainty > most) {
+        let record = cache.layers.of(pixel, layer).number().unwrap_or_else(|| {
+            cache.light.lattice.insert(1, pixel, cache.records.len() as u32);
+            cache.add(pixel, layer, &pixels[pixel], 1)
+        });
+        cache.layers.set(pixel, layer, OwnRecord::Alone(record));
+    }
+    cache.cast_from(first, |_| (rays as u32).max(1));
 }
 
 #[cfg(test)]
@@ -243,13 +256,13 @@ mod tests {
             let mut own = cache(|density| density);
             let all = cache(|density| Density { spacing: 1, rays: 2048, seed: 77, ..density });
             let exact = |fit: &LayerFit| {
-                let record = all.record_of[all.starts[fit.pixel] + fit.layer] as usize;
-                let error = Halves::of(fit.fitted).less(Halves::of(all.total(all.means(record))));
+                let record = all.layers.of(fit.pixel, fit.layer).number().unwrap() as usize;
+                let error = Halves::of(fit.fitted).less(Halves::of(all.light.total(all.light.means(record))));
                 fit.weight * error.times(fit.rho).squared()
             };
-            let expected: f64 = own.layer_fits(pixels, 0, 1).iter().map(exact).sum();
+            let expected: f64 = layer_fits(&own, pixels, 0, 1).iter().map(exact).sum();
             const ROUNDS: u32 = 64;
-            let estimates: Vec<f64> = (0..ROUNDS).map(|round| own.validate(pixels, round).sum().value).collect();
+            let estimates: Vec<f64> = (0..ROUNDS).map(|round| validate(&mut own, pixels, round).sum().value).collect();
             let count = f64::from(ROUNDS);
             let mean = estimates.iter().sum::<f64>() / count;
             let variance = estimates.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / (count - 1.0);
@@ -266,13 +279,43 @@ mod tests {
             |_| Rgb::ONE,
             |pixels, cache| {
                 let cache = cache(|density| density);
-                let stride = cache.pixel_stride() as u32;
+                let stride = pixel_stride(&cache) as u32;
                 assert!(stride > 1, "one turn evaluates all");
-                let mut times = vec![0; cache.record_of.len()];
-                for fit in (0..stride).flat_map(|turn| cache.layer_fits(pixels, turn, stride as usize)) {
-                    times[cache.starts[fit.pixel] + fit.layer] += 1;
+                let mut times = vec![0; cache.layers.count()];
+                for fit in (0..stride).flat_map(|turn| layer_fits(&cache, pixels, turn, stride as usize)) {
+                    times[cache.layers.number(fit.pixel, fit.layer)] += 1;
                 }
                 assert!(times.iter().all(|&n| n == 1));
+            },
+        );
+    }
+
+    /// Those that gather for themselves have no bias, and rays of their own; the others keep their fits.
+    #[test]
+    fn the_least_certain_places_take_their_own_light() {
+        with_records(
+            ("furnished-room", 300, 64),
+            |i| Rgb::splat((i % 5) as f32),
+            |pixels, cache| {
+                let mut cache = cache(|density| density);
+                let before = layer_fits(&cache, pixels, 0, 1);
+                let mut order: Vec<f64> = before.iter().map(|fit| fit.uncertainty).collect();
+                order.sort_by(f64::total_cmp);
+                let most = order[3 * order.len() / 4];
+                part(&mut cache, most, pixels);
+                let mut fitted = Fitted::default();
+                for fit in &before {
+                    let own = cache.layers.of(fit.pixel, fit.layer);
+                    assert_eq!(matches!(own, OwnRecord::Alone(_)), fit.uncertainty > most);
+                    if let OwnRecord::Alone(record) = own {
+                        cache.at(&mut fitted, fit.pixel, fit.layer, &pixels[fit.pixel].layers[fit.layer]);
+                        assert_eq!(fitted.values, cache.light.means(record as usize));
+                        assert!(cache.records[record as usize].rays > 0);
+                    }
+                }
+                assert_eq!(layer_fits(&cache, pixels, 0, 1).len(), 3 * order.len() / 4 + 1);
+                part(&mut cache, -1.0, pixels);
+                assert_eq!(validate(&mut cache, pixels, 0).sum().value, 0.0);
             },
         );
     }

@@ -9,7 +9,7 @@ use crate::gather::gathered::{GatherError, Gathered, GatheredLayer};
 use crate::gather::pixels::adaptive_sampling::{Measured, Plan, measure, refine};
 use crate::gather::pixels::camera_rays::CameraRays;
 use crate::gather::pixels::pixel::Pixel;
-use crate::gather::records::irradiance_cache::{Fitted, IrradianceCache};
+use crate::gather::records::irradiance_cache::{Fitted, IrradianceCache, RecordedLight};
 use crate::gather::records::pixel_lattice::skewed;
 use crate::light::Rgb;
 use crate::light::team;
@@ -45,13 +45,13 @@ struct PixelIndirect {
 impl IndirectLight {
     /// One pixel in `step`, in every row and column; the others stay dark.
     pub fn new(pixels: &[Pixel], cache: &IrradianceCache, step: usize) -> IndirectLight {
-        let width = cache.width();
+        let width = cache.light.lattice.width();
         let reflected = |fitted: &mut Fitted, k: usize| {
             let chosen = skewed(k, width) % step == step / 2;
             if chosen { indirect(k, &pixels[k], cache, fitted) } else { PixelIndirect::default() }
         };
         let pixels = team::share(pixels.len(), |_| 1.0).map(Fitted::default, reflected);
-        IndirectLight { pixels, picture_fields: cache.picture_fields, misfit: 0.0 }
+        IndirectLight { pixels, picture_fields: cache.light.picture_fields, misfit: 0.0 }
     }
 
     /// States the squared error of the fit, summed over the pixels that see no luminaire.
@@ -74,7 +74,7 @@ impl IndirectLight {
     /// Gives pixels more camera rays where the light now gathered varies within them.
     pub fn sharpen(&mut self, camera_rays: &CameraRays, pixels: &mut [Pixel], cache: &IrradianceCache, plan: &Plan) {
         for (pixel, light) in pixels.iter_mut().zip(&self.pixels) {
-            pixel.ambient = light.ambient;
+            pixel.light.ambient = light.ambient;
         }
         refine(camera_rays, pixels, plan, |pixels, extended| {
             let again = |fitted: &mut Fitted, i: usize| {
@@ -83,7 +83,7 @@ impl IndirectLight {
             };
             let light = team::share(extended.len(), |_| 1.0).map(Fitted::default, again);
             for (&k, light) in extended.iter().zip(light) {
-                pixels[k as usize].ambient = light.ambient;
+                pixels[k as usize].light.ambient = light.ambient;
                 self.pixels[k as usize] = light;
             }
         });
@@ -97,12 +97,12 @@ impl IndirectLight {
         let field = |f: usize| picture(&|k| own(k).map_or(DVec3::ZERO, |p| p.fields[f].as_dvec3()));
         let deviation = |k: usize| (pixels[k].variance(pixels[k].halves()) + variance(k)).map(f64::sqrt);
         let cast: f64 = pixels.iter().map(Pixel::camera).sum();
-        let rays: u64 = pixels.iter().map(|p| p.rays).sum();
-        let reflecting: u64 = pixels.iter().map(|p| u64::from(p.reflecting)).sum();
-        let backs: u64 = pixels.iter().map(|p| u64::from(p.backs)).sum();
+        let rays: u64 = pixels.iter().map(|p| p.met.rays).sum();
+        let reflecting: u64 = pixels.iter().map(|p| u64::from(p.met.reflecting)).sum();
+        let backs: u64 = pixels.iter().map(|p| u64::from(p.met.backs)).sum();
         Gathered {
-            emission: picture(&|k| pixels[k].emission() / pixels[k].camera()),
-            direct: picture(&|k| pixels[k].direct / pixels[k].camera()),
+            emission: picture(&|k| whole(pixels[k].light.emitted) / pixels[k].camera()),
+            direct: picture(&|k| whole(pixels[k].light.lit) / pixels[k].camera()),
             indirect: (0..fields.count()).map(field).collect(),
             standard_error: picture(&deviation),
             error: self.error(pixels),
@@ -124,20 +124,17 @@ impl IndirectLight {
             own.map_or([DVec3::ZERO; 2], |halves| halves.map(|half| half * f64::from(pixels[k].count)))
         };
         let layer = |halves: &dyn Fn(usize) -> [DVec3; 2]| GatheredLayer {
-            picture: drawn(view, |k| {
-                let [a, b] = halves(k);
-                (a + b) / pixels[k].camera()
-            }),
+            picture: drawn(view, |k| whole(halves(k)) / pixels[k].camera()),
             standard_error: drawn(view, |k| pixels[k].variance(halves(k)).map(f64::sqrt)),
         };
         let added = |a: [DVec3; 2], b: [DVec3; 2]| [a[0] + b[0], a[1] + b[1]];
         let emitter = |e: usize| {
-            let own = |k: usize| pixels[k].emitters.get(e).copied().unwrap_or_default();
-            layer(&|k| added(added(own(k).emitted, own(k).lit), indirect(k, e)))
+            let own = |k: usize| pixels[k].light.emitters.get(e).copied().unwrap_or_default();
+            layer(&|k| added(own(k), indirect(k, e)))
         };
         let bounce = |n: usize| match n {
-            0 => layer(&|k| pixels[k].emitted),
-            1 => layer(&|k| added(pixels[k].lit, indirect(k, fields.emitters))),
+            0 => layer(&|k| pixels[k].light.emitted),
+            1 => layer(&|k| added(pixels[k].light.lit, indirect(k, fields.emitters))),
             _ => layer(&|k| indirect(k, fields.emitters + n - 1)),
         };
         let bounces = if fields.bounces > 0 { fields.bounces + 1 } else { 0 };
@@ -178,6 +175,11 @@ fn drawn(view: &View, value: impl Fn(usize) -> DVec3) -> Picture {
     Picture { width, height, pixels: (0..width * height).map(|k| value(k).as_vec3()).collect() }
 }
 
+/// The sum of two halves.
+fn whole([a, b]: [DVec3; 2]) -> DVec3 {
+    a + b
+}
+
 /// A squared error by products of halves, which noise may make negative; NaN stays, where [`f64::max`] makes it 0.
 fn positive(squared: f64) -> f64 {
     if squared < 0.0 { 0.0 } else { squared }
@@ -185,10 +187,11 @@ fn positive(squared: f64) -> f64 {
 
 /// What one pixel reflects of every field, and the variance of the picture fields together.
 fn indirect(k: usize, pixel: &Pixel, cache: &IrradianceCache, fitted: &mut Fitted) -> PixelIndirect {
-    let picture_fields = cache.picture_fields;
+    let &RecordedLight { fields, picture_fields, .. } = &cache.light;
+    let field_layers = cache.caster.final_gather.fields.layers();
     let mut halves = [DVec3::ZERO; 2];
-    let mut sums = vec![DVec3::ZERO; cache.fields];
-    let mut auxiliary = vec![[DVec3::ZERO; 2]; cache.fields - picture_fields];
+    let mut sums = vec![DVec3::ZERO; fields];
+    let mut auxiliary = vec![[DVec3::ZERO; 2]; fields - picture_fields];
     let mut ambient = [DVec3::ZERO; 2];
     for (l, layer) in pixel.layers.iter().enumerate() {
         let counts = layer.count.map(f64::from);
@@ -216,12 +219,12 @@ fn indirect(k: usize, pixel: &Pixel, cache: &IrradianceCache, fitted: &mut Fitte
             ambient[half] += mean * (counts[half] * (total + change[half]));
         }
     }
-    let (others, layers) = auxiliary.split_at(auxiliary.len() - cache.layers().count());
+    let (others, layers) = auxiliary.split_at(auxiliary.len() - field_layers.count());
     PixelIndirect {
         fields: sums.iter().map(|s| s.as_vec3()).collect(),
         variance: Halves::of(halves).variance(),
         auxiliary: others.iter().map(|own| Halves::of(*own).squared()).collect(),
-        layers: apart(layers, sums[..picture_fields].iter().sum(), cache.layers()),
+        layers: apart(layers, sums[..picture_fields].iter().sum(), field_layers),
         ambient,
     }
 }

@@ -4,7 +4,7 @@
 //! not cover (G. Ward, F. Rubinstein, R. Clear, *A ray tracing solution for diffuse interreflection*, 1988; here by the
 //! variance of a local linear fit, where G. Ward, P. Heckbert, *Irradiance gradients*, 1992, extrapolate each record).
 //! A record of a coarse lattice counts in more pixels and gets more rays, in proportion to the spacing: that minimises
-//! the noise of the picture for the rays cast. Every record's rays come in two halves with independent scramblings.
+//! the noise of the picture for the rays cast.
 //!
 //! Not handled: surfaces first seen after the records were placed; they take the nearest record.
 
@@ -13,27 +13,23 @@ use glam::DVec3;
 use crate::gather::pixels::camera_rays::CameraRays;
 use crate::gather::pixels::pixel::Pixel;
 use crate::gather::pixels::pixel_layer::{Layer, Place};
-use crate::gather::records::final_gather::{FinalGather, HemisphereRays};
-use crate::gather::records::guiding::{Guiding, GuidingField};
+use crate::gather::records::final_gather::FinalGather;
 use crate::gather::records::interpolation::{Fit, Support};
 use crate::gather::records::pixel_lattice::Lattice;
+use crate::gather::records::record::{Record, RecordCaster, Site};
 use crate::light::team;
-use crate::rays::purpose::Purpose;
 use crate::rays::sobol::hash;
-use crate::reading::patch_light::FieldLayers;
-use crate::reading::reflection::Memory;
-use crate::surfaces::SurfacePoint;
 
-/// No record.
-pub(crate) const NONE: u32 = u32::MAX;
 /// A place is covered where the fit leaves at most this share of a record's variance: some four records around it.
-pub(crate) const COVERED: f64 = 0.34;
+const COVERED: f64 = 0.34;
 /// Spacings of the coarsest lattice to a side of the squares whose records share a guiding density.
 const TILE: usize = 2;
 /// Such squares across the picture at most.
 const TILES: usize = 24;
 /// Rays of a half at least.
 const LEAST_RAYS: u32 = 8;
+/// A fit that leaves more than this share of a record's variance extrapolates.
+const LOOSE: f64 = 0.5;
 
 /// How many records and rays.
 #[derive(Clone, Copy, Debug)]
@@ -52,32 +48,13 @@ pub(crate) struct Density {
     pub seed: u32,
 }
 
-/// All records of a picture.
+/// All records of a picture, and the light between them.
 pub(crate) struct IrradianceCache<'a> {
-    camera_rays: &'a CameraRays<'a>,
-    final_gather: &'a FinalGather<'a>,
-    pub(crate) density: Density,
-    /// The camera's position.
-    camera: DVec3,
-    pub(crate) records: Vec<Record>,
-    /// Place, valid radius and weight of each record.
-    pub(crate) supports: Vec<Support>,
-    /// Irradiance over pi of each record, field by field in both halves.
-    pub(crate) values: Vec<[DVec3; 2]>,
-    pub(crate) fields: usize,
-    /// Number of fields that make the picture.
-    pub(crate) picture_fields: usize,
-    pub(crate) lattice: Lattice,
-    /// The record of each layer that has one, by the layer's number; else NONE.
-    pub(crate) record_of: Vec<u32>,
-    /// Layers for which no other record speaks: their own is all they take.
-    pub(crate) alone: Vec<bool>,
-    /// Number of the first layer of every pixel.
-    pub(crate) starts: Vec<usize>,
-    /// Guiding densities of the rays; none where every pixel has a record.
-    guiding: Option<GuidingField>,
-    /// Rays cast.
-    pub cast: u64,
+    pub density: Density,
+    pub caster: RecordCaster<'a>,
+    pub records: Vec<Record>,
+    pub light: RecordedLight,
+    pub layers: LayerRecords,
 }
 
 impl<'a> IrradianceCache<'a> {
@@ -88,47 +65,28 @@ impl<'a> IrradianceCache<'a> {
         density: Density,
         pixels: &[Pixel],
     ) -> IrradianceCache<'a> {
-        let view = camera_rays.view;
-        let width = view.width;
-        let tile = (TILE * density.spacing).max(width / TILES);
-        let mut starts = vec![0];
-        for pixel in pixels {
-            starts.push(starts[starts.len() - 1] + pixel.layers.len());
-        }
+        let width = camera_rays.view.width;
+        let tile = (density.spacing > 1).then(|| (TILE * density.spacing).max(width / TILES));
         IrradianceCache {
-            camera_rays,
-            final_gather,
             density,
-            camera: view.scene.camera.position.as_dvec3(),
+            caster: RecordCaster::new(camera_rays, final_gather, tile),
             records: Vec::new(),
-            supports: Vec::new(),
-            values: Vec::new(),
-            fields: final_gather.fields(),
-            picture_fields: final_gather.picture_fields(),
-            lattice: Lattice::new(density.spacing, width, pixels.len() / width.max(1)),
-            record_of: vec![NONE; starts[pixels.len()]],
-            alone: vec![false; starts[pixels.len()]],
-            starts,
-            guiding: (density.spacing > 1).then(|| GuidingField::new(tile, width, final_gather.brightest())),
-            cast: 0,
+            light: RecordedLight {
+                lattice: Lattice::new(density.spacing, width, pixels.len() / width.max(1)),
+                supports: Vec::new(),
+                values: Vec::new(),
+                fields: final_gather.count(),
+                picture_fields: final_gather.fields.picture_fields(),
+            },
+            layers: LayerRecords::none(pixels),
         }
-    }
-
-    /// Which of the last fields are the picture's taken apart.
-    pub(crate) fn layers(&self) -> FieldLayers {
-        self.final_gather.layers()
-    }
-
-    /// Pixels across.
-    pub fn width(&self) -> usize {
-        self.lattice.width()
     }
 
     /// Adds records until every layer of every pixel is covered.
     pub fn place(&mut self, pixels: &[Pixel]) {
         let mut spacing = self.density.spacing;
         loop {
-            let own: Vec<usize> = self.lattice.pixels(spacing).collect();
+            let own: Vec<usize> = self.light.lattice.pixels(spacing).collect();
             let of_pixel = |fit: &mut Fit, i: usize| self.uncovered(fit, own[i], &pixels[own[i]]);
             let uncovered: Vec<Vec<(usize, usize)>> = team::share(own.len(), |_| 1.0).map(Fit::default, of_pixel);
             let uncovered: Vec<(usize, usize)> = uncovered.into_iter().flatten().collect();
@@ -139,7 +97,7 @@ impl<'a> IrradianceCache<'a> {
             let rays = self.rays_at(spacing);
             self.cast_from(first, |_| rays);
             for (i, &(k, _)) in uncovered.iter().enumerate() {
-                self.lattice.insert(spacing, k, (first + i) as u32);
+                self.light.lattice.insert(spacing, k, (first + i) as u32);
             }
             if spacing == 1 {
                 return;
@@ -152,7 +110,7 @@ impl<'a> IrradianceCache<'a> {
     fn uncovered(&self, fit: &mut Fit, k: usize, pixel: &Pixel) -> Vec<(usize, usize)> {
         let all = self.density.spacing == 1;
         (0..pixel.layers.len())
-            .filter(|l| self.record_of[self.starts[k] + l] == NONE)
+            .filter(|l| self.layers.of(k, *l) == OwnRecord::None)
             .filter(|&l| all || !self.covers(fit, k, &pixel.layers[l]))
             .map(|l| (k, l))
             .collect()
@@ -160,29 +118,17 @@ impl<'a> IrradianceCache<'a> {
 
     /// Whether the records around pixel k cover a layer.
     fn covers(&self, fit: &mut Fit, k: usize, layer: &Layer) -> bool {
-        self.fit(fit, k, &layer.place()) && fit.variance() <= COVERED
+        self.light.fit(fit, k, &layer.place()) && fit.variance() <= COVERED
     }
 
-    /// Fits the records around pixel k at a place; false where none is valid there.
-    pub(crate) fn fit(&self, fit: &mut Fit, k: usize, at: &Place) -> bool {
-        fit.begin(at);
-        self.lattice.visit(k, |i| fit.consider(at, i, &self.supports[i as usize]));
-        fit.solve()
-    }
-
-    /// Adds a record without rays for layer l of pixel k.
-    pub(crate) fn add(&mut self, k: usize, l: usize, pixel: &Pixel, spacing: usize) {
-        self.record_of[self.starts[k] + l] = self.records.len() as u32;
+    /// Adds a record without rays for layer l of pixel k, and returns its number.
+    pub fn add(&mut self, k: usize, l: usize, pixel: &Pixel, spacing: usize) -> u32 {
+        let number = self.records.len() as u32;
         let seed = hash(k as u32, hash(l as u32, self.density.seed));
-        let site = Site { pixel: k, camera_count: pixel.count, spacing, seed, density: 0 };
-        let record = self.record(&pixel.layers[l], site);
-        self.records.push(record);
-    }
-
-    /// A record of a layer, without rays and not of the cache, with the density of its place.
-    pub(crate) fn record(&mut self, layer: &Layer, site: Site) -> Record {
-        let density = self.guiding.as_mut().map_or(0, |g| g.number(site.pixel, layer.first.normal));
-        Record::new(layer, Site { density, ..site }, self.camera, self.fields)
+        let site = Site { pixel: k, camera_count: pixel.count, spacing, seed };
+        self.records.push(self.caster.record(&pixel.layers[l], site));
+        self.layers.set(k, l, OwnRecord::Shared(number));
+        number
     }
 
     /// Rays of a half that the records of one lattice get.
@@ -192,200 +138,41 @@ impl<'a> IrradianceCache<'a> {
     }
 
     /// Casts rays from the records after `first` until each half has as many as `wanted` says of each of them.
-    pub(crate) fn cast_from(&mut self, first: usize, wanted: impl Fn(usize) -> u32 + Sync) {
-        let mut records = std::mem::take(&mut self.records);
-        self.extend(&mut records[first..], wanted);
-        self.records = records;
-        self.settle(first);
+    pub fn cast_from(&mut self, first: usize, wanted: impl Fn(usize) -> u32 + Sync) {
+        self.caster.extend(&mut self.records[first..], wanted);
+        self.light.settle(&self.records, first, &self.density);
     }
 
-    /// Casts rays from records, of the cache or not, until each half has as many as `wanted` says of each of them.
-    pub(crate) fn extend(&mut self, records: &mut [Record], wanted: impl Fn(usize) -> u32 + Sync) {
-        if let Some(guiding) = &mut self.guiding {
-            guiding.update();
-        }
-        let (camera_rays, final_gather, guiding) = (self.camera_rays, self.final_gather, self.guiding.as_ref());
-        let share = team::share(records.len(), |i| f64::from(wanted(i).saturating_sub(records[i].rays)));
-        let cast = |memory: &mut Memory, i: usize, record: &mut Record| {
-            let guiding = guiding.map_or(Guiding::NONE, |g| g.of(record.site.density));
-            record.extend(&Casting { camera_rays, final_gather, guiding }, wanted(i), memory)
-        };
-        let added = share.change(records, |i| i, Memory::default, cast);
-        if let Some(guiding) = &mut self.guiding {
-            guiding.gather();
-        }
-        self.cast += added.into_iter().sum::<u64>();
+    /// Irradiance over pi at layer l of pixel k, every field in both halves, as the `values` of `fitted`.
+    ///
+    /// Returns the changes of that of the picture from the middle to the mean point of each half of the camera rays.
+    pub fn at(&self, fitted: &mut Fitted, k: usize, l: usize, layer: &Layer) -> [DVec3; 2] {
+        self.fit_layer(&mut fitted.fit, k, l, layer);
+        self.light.evaluate(fitted);
+        [0, 1].map(|half| {
+            let change = fitted.fit.change(layer.off(half));
+            change.map(|(i, coefficient)| coefficient * self.light.mean(i)).sum()
+        })
     }
 
-    /// Sets value, valid radius and weight of the records after `first`.
-    pub(crate) fn settle(&mut self, first: usize) {
-        self.supports.truncate(first);
-        self.values.truncate(first * self.fields);
-        let density = self.density;
-        for p in &self.records[first..] {
-            self.values.extend(p.means());
-            let least = density.least * density.pixel * p.distance;
-            self.supports.push(Support {
-                place: p.place(),
-                radius: (density.radius * p.surroundings()).min(1.0).max(least),
-                // Not the inverse variance: a record that met bright light by chance would count less.
-                weight: p.site.spacing as f64,
-            });
+    /// Fits layer l of pixel k; takes a mean where the fit extrapolates, and a single record where none is valid or the
+    /// layer is alone.
+    pub fn fit_layer(&self, fit: &mut Fit, k: usize, l: usize, layer: &Layer) {
+        let own = self.layers.of(k, l);
+        if let OwnRecord::Alone(record) = own {
+            return fit.take(record);
         }
-    }
-}
-
-/// Rays of a half from which the distance to the surroundings is estimated.
-const FIRST: u32 = 8;
-/// Origins whose RMS distance to their mean is above this share of the distance to the surroundings are too few.
-const FAR_APART: f64 = 0.05;
-/// Hemisphere rays for each origin, where those are too few.
-const EACH: u32 = 4;
-/// Camera rays for one more origin at most.
-const CAMERA_RAYS: u32 = 4;
-
-/// The pixel, lattice and random numbers of a record.
-#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
-pub(crate) struct Site {
-    /// The pixel that sees its surface.
-    pub pixel: usize,
-    /// Camera rays of each half of the pixel so far.
-    pub camera_count: u32,
-    /// Spacing of its lattice, pixels.
-    pub spacing: usize,
-    /// Chooses the scrambling of its rays.
-    pub seed: u32,
-    /// The number of its guiding density.
-    pub density: u32,
-}
-
-/// What a record's rays are cast with.
-pub(crate) struct Casting<'a> {
-    pub camera_rays: &'a CameraRays<'a>,
-    pub final_gather: &'a FinalGather<'a>,
-    pub guiding: Guiding<'a>,
-}
-
-/// One irradiance record.
-#[derive(serde::Serialize, serde::Deserialize)]
-pub(crate) struct Record {
-    /// Its `camera_count` includes camera rays cast for more origins.
-    pub site: Site,
-    /// The surface; rays start where its camera rays met it.
-    layer: Layer,
-    /// Distance from the camera.
-    pub distance: f64,
-    /// Rays of each half cast so far.
-    pub rays: u32,
-    /// Sum over the rays of their inverse lengths.
-    nearness: f64,
-    /// Sums over the rays of each half, field by field.
-    sums: [Vec<DVec3>; 2],
-}
-
-impl Record {
-    /// A record without rays; `camera` is the camera's position.
-    pub fn new(layer: &Layer, site: Site, camera: DVec3, fields: usize) -> Record {
-        let none = || vec![DVec3::ZERO; fields];
-        Record {
-            site,
-            layer: layer.clone(),
-            distance: layer.first.position.as_dvec3().distance(camera),
-            rays: 0,
-            nearness: 0.0,
-            sums: [none(), none()],
-        }
-    }
-
-    /// Casts rays until each half has `count`; returns the number of rays cast.
-    fn extend(&mut self, with: &Casting, count: u32, memory: &mut Memory) -> u64 {
-        let mut cast = 0;
-        if self.rays == 0 {
-            cast += self.gather(with, count.min(FIRST), memory);
-        }
-        if count > self.rays {
-            cast += self.find_origins(with.camera_rays, count / EACH);
-            cast += self.gather(with, count, memory);
-        }
-        cast
-    }
-
-    /// Casts hemisphere rays until each half has `count`.
-    fn gather(&mut self, with: &Casting, count: u32, memory: &mut Memory) -> u64 {
-        let range = self.rays..count.max(self.rays);
-        for (half, sums) in self.sums.iter_mut().enumerate() {
-            let rays = HemisphereRays {
-                from: self.layer.origins(half),
-                indices: range.clone(),
-                seed: Purpose::HemisphereRays(half).seed(self.site.seed),
-                guiding: with.guiding,
-            };
-            self.nearness += with.final_gather.read(&rays, memory, sums);
-        }
-        self.rays = range.end;
-        2 * range.len() as u64
-    }
-
-    /// Adds origins by camera rays, up to `count` for each half, where those there are lie far apart.
-    fn find_origins(&mut self, camera_rays: &CameraRays, count: u32) -> u64 {
-        if self.spread() < FAR_APART * self.surroundings() {
-            return 0;
-        }
-        let mut cast = 0;
-        let most = self.site.camera_count + CAMERA_RAYS * count;
-        let few = |layer: &Layer| (0..2).any(|half| (layer.origins(half).len() as u32) < count);
-        while self.site.camera_count < most && few(&self.layer) {
-            for half in 0..2 {
-                let mut seen = camera_rays.surfaces_seen(self.site.pixel, half, self.site.camera_count);
-                if let Some((_, seen)) = seen.find(|(key, seen)| self.layer.holds(*key, seen)) {
-                    self.layer.start(half, seen);
-                }
+        let place = layer.place();
+        // The valid radius of a record near a contact may be less than a pixel.
+        if !self.light.fit(fit, k, &place) {
+            match own.number().or_else(|| self.light.nearest(k, &place)) {
+                Some(record) => fit.take(record),
+                None => fit.clear(),
             }
-            self.site.camera_count += 1;
-            cast += 2;
         }
-        cast
-    }
-
-    /// RMS distance of the origins to their mean.
-    fn spread(&self) -> f64 {
-        let middle = self.middle();
-        let all = (0..2).flat_map(|half| self.layer.origins(half));
-        let apart = |r: &SurfacePoint| r.position.as_dvec3().distance_squared(middle);
-        let (sum, count) = all.fold((0.0, 0.0), |(s, n), r| (s + apart(r), n + 1.0));
-        (sum / count).sqrt()
-    }
-
-    /// Harmonic mean distance to its surroundings; infinite where its rays meet nothing.
-    pub fn surroundings(&self) -> f64 {
-        f64::from(2 * self.rays) / self.nearness
-    }
-
-    /// Irradiance over pi of both halves, field by field.
-    pub fn means(&self) -> impl Iterator<Item = [DVec3; 2]> {
-        let share = 1.0 / f64::from(self.rays);
-        let [a, b] = &self.sums;
-        a.iter().zip(b).map(move |(a, b)| [*a * share, *b * share])
-    }
-
-    /// Where it is.
-    pub fn place(&self) -> Place {
-        Place { position: self.middle(), ..self.layer.place() }
-    }
-
-    /// Mean of the origins of its rays, each half counting the same.
-    fn middle(&self) -> DVec3 {
-        let mean = |half: usize| {
-            let from = self.layer.origins(half);
-            let sum: DVec3 = from.iter().map(|r| r.position.as_dvec3()).sum();
-            sum / from.len() as f64
-        };
-        0.5 * (mean(0) + mean(1))
+        fit.settle(LOOSE);
     }
 }
-
-/// A fit that leaves more than this share of a record's variance extrapolates.
-const LOOSE: f64 = 0.5;
 
 /// A fit and its values; memory that one thread uses again.
 #[derive(Default)]
@@ -395,35 +182,40 @@ pub(crate) struct Fitted {
     pub values: Vec<[DVec3; 2]>,
 }
 
-impl IrradianceCache<'_> {
-    /// Irradiance over pi at layer l of pixel k, every field in both halves, as the `values` of `fitted`.
-    ///
-    /// Returns the changes of that of the picture from the middle to the mean point of each half of the camera rays.
-    pub fn at(&self, fitted: &mut Fitted, k: usize, l: usize, layer: &Layer) -> [DVec3; 2] {
-        self.fit_layer(&mut fitted.fit, k, l, layer);
-        self.evaluate(fitted);
-        [0, 1].map(|half| {
-            let change = fitted.fit.change(layer.off(half));
-            change.map(|(i, coefficient)| coefficient * self.mean(i)).sum()
-        })
+/// What the records tell of the light at them and between them.
+pub(crate) struct RecordedLight {
+    pub lattice: Lattice,
+    /// Place, valid radius and weight of each record.
+    pub supports: Vec<Support>,
+    /// Irradiance over pi of each record, field by field in both halves.
+    pub values: Vec<[DVec3; 2]>,
+    /// Number of fields, of which the first make the picture.
+    pub fields: usize,
+    pub picture_fields: usize,
+}
+
+impl RecordedLight {
+    /// Fits the records around pixel k at a place; false where none is valid there.
+    pub fn fit(&self, fit: &mut Fit, k: usize, at: &Place) -> bool {
+        fit.begin(at);
+        self.lattice.visit(k, |i| fit.consider(at, i, &self.supports[i as usize]));
+        fit.solve()
     }
 
-    /// Fits layer l of pixel k; takes a mean where the fit extrapolates, and a single record where none is valid or the
-    /// layer is alone.
-    pub(crate) fn fit_layer(&self, fit: &mut Fit, k: usize, l: usize, layer: &Layer) {
-        let own = self.own_record(k, l);
-        if let Some(record) = own.filter(|_| self.alone[self.starts[k] + l]) {
-            return fit.take(record);
+    /// Sets value, valid radius and weight of the records after `first`.
+    fn settle(&mut self, records: &[Record], first: usize, density: &Density) {
+        self.supports.truncate(first);
+        self.values.truncate(first * self.fields);
+        for p in &records[first..] {
+            self.values.extend(p.means());
+            let least = density.least * density.pixel * p.distance;
+            self.supports.push(Support {
+                place: p.place(),
+                radius: (density.radius * p.surroundings()).min(1.0).max(least),
+                // Not the inverse variance: a record that met bright light by chance would count less.
+                weight: p.site.spacing as f64,
+            });
         }
-        let place = layer.place();
-        // The valid radius of a record near a contact may be less than a pixel.
-        if !self.fit(fit, k, &place) {
-            match own.or_else(|| self.nearest(k, &place)) {
-                Some(record) => fit.take(record),
-                None => fit.clear(),
-            }
-        }
-        fit.settle(LOOSE);
     }
 
     /// Evaluates a fit.
@@ -436,13 +228,6 @@ impl IrradianceCache<'_> {
                 *b += coefficient * *v;
             }
         }
-    }
-
-    /// The record of a layer, if it has one.
-    fn own_record(&self, k: usize, l: usize) -> Option<u32> {
-        let own = &self.record_of[self.starts[k]..self.starts[k + 1]];
-        // Layers that later camera rays met follow those that records were placed for.
-        own.get(l).copied().filter(|&record| record != NONE)
     }
 
     /// The nearest record on a layer's side and material that looks the same way.
@@ -460,7 +245,7 @@ impl IrradianceCache<'_> {
     }
 
     /// Irradiance over pi of a record: every field in both halves.
-    pub(crate) fn means(&self, i: usize) -> &[[DVec3; 2]] {
+    pub fn means(&self, i: usize) -> &[[DVec3; 2]] {
         &self.values[i * self.fields..(i + 1) * self.fields]
     }
 
@@ -471,7 +256,68 @@ impl IrradianceCache<'_> {
     }
 
     /// The sum of the fields that make the picture in both halves, of values of every field.
-    pub(crate) fn total(&self, values: &[[DVec3; 2]]) -> [DVec3; 2] {
+    pub fn total(&self, values: &[[DVec3; 2]]) -> [DVec3; 2] {
         [0, 1].map(|half| values[..self.picture_fields].iter().map(|m| m[half]).sum())
+    }
+}
+
+/// The record that each layer of each pixel has of its own.
+pub(crate) struct LayerRecords {
+    /// Number of the first layer of every pixel.
+    starts: Vec<usize>,
+    own: Vec<OwnRecord>,
+}
+
+/// The record that a layer has of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum OwnRecord {
+    /// Those around it are all it takes.
+    None,
+    /// The layer takes those around it as well.
+    Shared(u32),
+    /// It is all that the layer takes.
+    Alone(u32),
+}
+
+impl OwnRecord {
+    /// Its number.
+    pub fn number(self) -> Option<u32> {
+        match self {
+            OwnRecord::None => None,
+            OwnRecord::Shared(record) | OwnRecord::Alone(record) => Some(record),
+        }
+    }
+}
+
+impl LayerRecords {
+    fn none(pixels: &[Pixel]) -> LayerRecords {
+        let mut starts = vec![0];
+        for pixel in pixels {
+            starts.push(starts[starts.len() - 1] + pixel.layers.len());
+        }
+        LayerRecords { own: vec![OwnRecord::None; starts[pixels.len()]], starts }
+    }
+
+    /// Layers of all pixels.
+    pub fn count(&self) -> usize {
+        self.own.len()
+    }
+
+    /// The number of layer l of pixel k, of all.
+    pub fn number(&self, k: usize, l: usize) -> usize {
+        self.starts[k] + l
+    }
+
+    /// The record of layer l of pixel k.
+    pub fn of(&self, k: usize, l: usize) -> OwnRecord {
+        let own = &self.own[self.starts[k]..self.starts[k + 1]];
+        // Layers that later camera rays met follow those that records were placed for.
+        own.get(l).copied().unwrap_or(OwnRecord::None)
+    }
+
+    /// Sets the record of layer l of pixel k.
+    pub fn set(&mut self, k: usize, l: usize, own: OwnRecord) {
+        let number = self.number(k, l);
+        self.own[number] = own;
     }
 }

@@ -7,5 +7,6 @@ pub(crate) mod indirect_light;
 pub(crate) mod interpolation;
 pub(crate) mod irradiance_cache;
 pub(crate) mod pixel_lattice;
+pub(crate) mod record;
 pub(crate) mod record_rays;
 pub(crate) mod record_rounds;

@@ -1,4 +1,4 @@
-//! How many rays each record gets, by the variance of the picture, and where more records go, by its uncertainty.
+//! How many rays each record gets, by the variance of the picture.
 //!
 //! Not handled: bias, which shorter valid radii lessen ([`crate::gather::records::record_rounds`]).
 
@@ -6,9 +6,8 @@ use rayon::prelude::*;
 
 use crate::error::halves::Halves;
 use crate::gather::pixels::pixel::Pixel;
-use crate::gather::records::fit_error::LayerFit;
 use crate::gather::records::interpolation::Fit;
-use crate::gather::records::irradiance_cache::{IrradianceCache, NONE};
+use crate::gather::records::irradiance_cache::IrradianceCache;
 use crate::light::team;
 
 /// Rays of a half at most.
@@ -49,89 +48,70 @@ impl Share {
     }
 }
 
-impl IrradianceCache<'_> {
-    /// Casts more rays from the records, where they lessen the noise of the picture most, until they are predicted to
-    /// leave the share `remaining` of its variance.
-    pub fn refine(&mut self, remaining: f64, pixels: &[Pixel]) {
-        let shares = self.shares(pixels);
-        let level = level(&shares, remaining);
-        self.cast_from(0, |i| shares[i].at(level) as u32);
-    }
+/// Casts more rays from the records, where they lessen the noise of the picture most, until they are predicted to
+/// leave the share `remaining` of its variance.
+pub(crate) fn refine(cache: &mut IrradianceCache, remaining: f64, pixels: &[Pixel]) {
+    let shares = shares(cache, pixels);
+    let level = level(&shares, remaining);
+    cache.cast_from(0, |i| shares[i].at(level) as u32);
+}
 
-    /// Has every layer whose fit is less certain than `most` gather for itself; each gets as many rays as records have
-    /// in the mean.
-    pub fn part(&mut self, most: f64, pixels: &[Pixel]) {
-        let first = self.records.len();
-        let rays = self.records.iter().map(|p| u64::from(p.rays)).sum::<u64>() / first.max(1) as u64;
-        for LayerFit { pixel, layer, .. } in self.layer_fits(pixels, 0, 1).into_iter().filter(|f| f.uncertainty > most)
-        {
-            let number = self.starts[pixel] + layer;
-            self.alone[number] = true;
-            if self.record_of[number] == NONE {
-                self.lattice.insert(1, pixel, self.records.len() as u32);
-                self.add(pixel, layer, &pixels[pixel], 1);
+/// The part of the picture's variance due to each record's rays: the variance of its rays, pooled over the records
+/// nearby, times its [use](uses).
+fn shares(cache: &IrradianceCache, pixels: &[Pixel]) -> Vec<Share> {
+    let one = |i: usize| {
+        let own = Halves::of(cache.light.total(cache.light.means(i)));
+        own.variance().element_sum() * f64::from(cache.records[i].rays)
+    };
+    let count = 0..cache.records.len();
+    let variances: Vec<f64> = count.clone().into_par_iter().map(one).collect();
+    let uses = uses(cache, pixels);
+    let share = |(): &mut (), i: usize| {
+        let own = &cache.records[i];
+        let at = &cache.light.supports[i].place;
+        let near = NEAR * own.site.spacing as f64 * cache.density.pixel * own.distance;
+        let (mut sum, mut number) = (0.0, 0.0);
+        cache.light.lattice.visit(cache.light.lattice.pixel_of(i as u32), |j| {
+            let other = &cache.light.supports[j as usize].place;
+            let apart = other.position.distance(at.position);
+            if apart <= near && other.normal.dot(at.normal) > 0.9 {
+                sum += variances[j as usize];
+                number += 1.0;
             }
-        }
-        self.cast_from(first, |_| (rays as u32).max(1));
-    }
+        });
+        let rays = f64::from(own.rays);
+        Share { rays, variance: uses[i] * sum / (number * rays) }
+    };
+    team::share(count.len(), |_| 1.0).map(|| (), share)
+}
 
-    /// The part of the picture's variance due to each record's rays: the variance of its rays, pooled over the records
-    /// nearby, times its [use](IrradianceCache::uses).
-    fn shares(&self, pixels: &[Pixel]) -> Vec<Share> {
-        let one = |i: usize| {
-            let own = Halves::of(self.total(self.means(i)));
-            own.variance().element_sum() * f64::from(self.records[i].rays)
-        };
-        let count = 0..self.records.len();
-        let variances: Vec<f64> = count.clone().into_par_iter().map(one).collect();
-        let uses = self.uses(pixels);
-        let share = |(): &mut (), i: usize| {
-            let own = &self.records[i];
-            let at = &self.supports[i].place;
-            let near = NEAR * own.site.spacing as f64 * self.density.pixel * own.distance;
-            let (mut sum, mut number) = (0.0, 0.0);
-            self.lattice.visit(self.lattice.pixel_of(i as u32), |j| {
-                let other = &self.supports[j as usize].place;
-                let apart = other.position.distance(at.position);
-                if apart <= near && other.normal.dot(at.normal) > 0.9 {
-                    sum += variances[j as usize];
-                    number += 1.0;
-                }
-            });
-            let rays = f64::from(own.rays);
-            Share { rays, variance: uses[i] * sum / (number * rays) }
-        };
-        team::share(count.len(), |_| 1.0).map(|| (), share)
-    }
-
-    /// The derivative of the picture's variance by that of each record: the sum over the pixels of its squared
-    /// coefficients there, times their squared reflectance.
-    fn uses(&self, pixels: &[Pixel]) -> Vec<f64> {
-        let of_pixel = |fit: &mut Fit, k: usize| self.coefficients(fit, k, &pixels[k]);
-        let each: Vec<Vec<(u32, f64)>> = team::share(pixels.len(), |_| 1.0).map(Fit::default, of_pixel);
-        let mut uses = vec![0.0; self.records.len()];
-        // In order: the sum is the same for any number of threads.
-        for (pixel, coefficients) in pixels.iter().zip(each) {
-            for (record, coefficient) in coefficients {
-                uses[record as usize] += pixel.weight() * coefficient * coefficient;
-            }
+/// The derivative of the picture's variance by that of each record: the sum over the pixels of its squared
+/// coefficients there, times their squared reflectance.
+fn uses(cache: &IrradianceCache, pixels: &[Pixel]) -> Vec<f64> {
+    let of_pixel = |fit: &mut Fit, k: usize| coefficients(cache, fit, k, &pixels[k]);
+    let each: Vec<Vec<(u32, f64)>> = team::share(pixels.len(), |_| 1.0).map(Fit::default, of_pixel);
+    let mut uses = vec![0.0; cache.records.len()];
+    // In order: the sum is the same for any number of threads.
+    for (pixel, coefficients) in pixels.iter().zip(each) {
+        for (record, coefficient) in coefficients {
+            uses[record as usize] += pixel.weight() * coefficient * coefficient;
         }
-        uses
     }
+    uses
+}
 
-    /// Derivatives of the light of a pixel by that of each record, RMS over the channels.
-    fn coefficients(&self, fit: &mut Fit, k: usize, pixel: &Pixel) -> Vec<(u32, f64)> {
-        let mut all: Vec<(u32, f64)> = Vec::new();
-        for (l, layer) in pixel.layers.iter().enumerate() {
-            let rho = layer.mean_reflectance(pixel.camera()).length() / 3.0_f64.sqrt();
-            self.fit_layer(fit, k, l, layer);
-            all.extend(fit.coefficients.iter().map(|(record, coefficient)| (*record, rho * coefficient)));
-        }
-        // Layers of one pixel may share a record.
-        all.sort_by_key(|(record, _)| *record);
-        let merged = all.chunk_by(|a, b| a.0 == b.0).map(|same| (same[0].0, same.iter().map(|c| c.1).sum()));
-        merged.collect()
+/// Derivatives of the light of a pixel by that of each record, RMS over the channels.
+fn coefficients(cache: &IrradianceCache, fit: &mut Fit, k: usize, pixel: &Pixel) -> Vec<(u32, f64)> {
+    let mut all: Vec<(u32, f64)> = Vec::new();
+    for (l, layer) in pixel.layers.iter().enumerate() {
+        let rho = layer.mean_reflectance(pixel.camera()).length() / 3.0_f64.sqrt();
+        cache.fit_layer(fit, k, l, layer);
+        all.extend(fit.coefficients.iter().map(|(record, coefficient)| (*record, rho * coefficient)));
     }
+    // Layers of one pixel may share a record.
+    all.sort_by_key(|(record, _)| *record);
+    let merged = all.chunk_by(|a, b| a.0 == b.0).map(|same| (same[0].0, same.iter().map(|c| c.1).sum()));
+    merged.collect()
 }
 
 /// The least level that is predicted to leave so small a share of the variance, within the growth of one round.
@@ -188,49 +168,18 @@ mod tests {
             |_| Rgb::ONE,
             |pixels, cache| {
                 let mut cache = cache(|density| density);
-                let (uses, before) = (cache.uses(pixels), reflected(&cache, pixels));
+                let (uses, before) = (uses(&cache, pixels), reflected(&cache, pixels));
                 let count = cache.records.len();
                 for i in (0..count).step_by(count.div_ceil(20)) {
-                    cache.values[i] = cache.values[i].map(|half| half + DVec3::ONE);
+                    cache.light.values[i] = cache.light.values[i].map(|half| half + DVec3::ONE);
                     let after = reflected(&cache, pixels);
-                    cache.values[i] = cache.values[i].map(|half| half - DVec3::ONE);
+                    cache.light.values[i] = cache.light.values[i].map(|half| half - DVec3::ONE);
                     // Reflectance counts by the mean of squares over the channels.
                     let squares = pixels.iter().zip(before.iter().zip(&after));
                     let change: f64 = squares.map(|(p, (b, a))| p.weight() * (a - b).length_squared() / 3.0).sum();
                     // Layers that share a record are of one material, so their channels are proportional.
                     assert!((change / uses[i] - 1.0).abs() < 1e-6, "record {i} of {count}: {change} {}", uses[i]);
                 }
-            },
-        );
-    }
-
-    /// Those that gather for themselves have no bias, and rays of their own; the others keep their fits.
-    #[test]
-    fn the_least_certain_places_take_their_own_light() {
-        with_records(
-            ("furnished-room", 300, 64),
-            |i| Rgb::splat((i % 5) as f32),
-            |pixels, cache| {
-                let mut cache = cache(|density| density);
-                let before = cache.layer_fits(pixels, 0, 1);
-                let mut order: Vec<f64> = before.iter().map(|fit| fit.uncertainty).collect();
-                order.sort_by(f64::total_cmp);
-                let most = order[3 * order.len() / 4];
-                cache.part(most, pixels);
-                let mut fitted = Fitted::default();
-                for fit in &before {
-                    let number = cache.starts[fit.pixel] + fit.layer;
-                    let (is_alone, record) = (cache.alone[number], cache.record_of[number]);
-                    assert_eq!(is_alone, fit.uncertainty > most);
-                    if is_alone {
-                        cache.at(&mut fitted, fit.pixel, fit.layer, &pixels[fit.pixel].layers[fit.layer]);
-                        assert_eq!(fitted.values, cache.means(record as usize));
-                        assert!(cache.records[record as usize].rays > 0);
-                    }
-                }
-                assert_eq!(cache.layer_fits(pixels, 0, 1).len(), 3 * order.len() / 4 + 1);
-                cache.part(-1.0, pixels);
-                assert_eq!(cache.validate(pixels, 0).sum().value, 0.0);
             },
         );
     }

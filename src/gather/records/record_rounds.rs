@@ -12,8 +12,10 @@ use std::time::Instant;
 use crate::error::deadline::{is_over, would_be_over};
 use crate::gather::pixels::adaptive_sampling::{Measured, Plan, measure};
 use crate::gather::pixels::pixel::Pixel;
+use crate::gather::records::fit_error::{part, validate};
 use crate::gather::records::indirect_light::IndirectLight;
 use crate::gather::records::irradiance_cache::IrradianceCache;
+use crate::gather::records::record_rays::refine;
 use crate::light::budget::FIT_SQUARED;
 
 /// Share of the allowed noise that the next round aims at.
@@ -76,13 +78,13 @@ impl<'a, 'b> RecordRounds<'a, 'b> {
             // Noise that more rays did not lessen has another cause.
             if noise > goal && noise < (1.0 - HELPS) * before {
                 before = noise;
-                self.cache.refine(MARGIN * goal / noise, self.pixels);
+                refine(self.cache, MARGIN * goal / noise, self.pixels);
             } else if self.bias.is_none() {
-                let bias = self.cache.validate(self.pixels, round);
+                let bias = validate(self.cache, self.pixels, round);
                 let (squared, share) = (bias.sum(), FIT_SQUARED * self.allowed);
                 before = f64::INFINITY;
                 if squared.value > share {
-                    self.cache.part(bias.most_certain(PARTED * share), self.pixels);
+                    part(self.cache, bias.most_certain(PARTED * share), self.pixels);
                 } else if squared.upper() > UNSURE * share && judged > last {
                     judged = last;
                 } else {
@@ -93,7 +95,7 @@ impl<'a, 'b> RecordRounds<'a, 'b> {
                 break;
             }
         }
-        self.bias.unwrap_or_else(|| self.cache.validate(self.pixels, ROUNDS).sum().upper())
+        self.bias.unwrap_or_else(|| validate(self.cache, self.pixels, ROUNDS).sum().upper())
     }
 
     /// The variance of indirect light, summed over the pixels.

@@ -6,7 +6,7 @@ use crate::rays::accelerator::Accelerator;
 use crate::rays::tests::*;
 use crate::rays::triangle::{Label, NO_PLANE, Query, Triangle};
 
-/// The same faces in blocks and in a hierarchy.
+/// Faces, and accelerators of them in blocks and in a hierarchy.
 fn both(triangles: &[[Vec3; 3]]) -> (Rays, [Accelerator; 2]) {
     let rays = Rays::new(&plain(triangles));
     let label = |face: u32| Label { face, plane: rays.plane(face) };

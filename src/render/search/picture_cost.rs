@@ -57,7 +57,7 @@ impl PictureCost {
         PictureCost { camera_ray: *camera_ray, ..PictureCost::of(&gathered.error, *camera, goal, price) }
     }
 
-    /// The same from the error that so many camera rays of each pixel left.
+    /// The cost by the error that so many camera rays of each pixel left.
     fn of(rough: &GatherError, rays: u32, goal: &PictureGoal, price: f64) -> PictureCost {
         let pixels = (goal.size.width * goal.size.height) as f64;
         let [camera, hemisphere] = [rough.camera, rough.hemisphere].map(|rms| rough.share(rms));
@@ -115,7 +115,8 @@ mod tests {
 
     fn cost(hemisphere: f64, tolerance: f64) -> PictureCost {
         let error = GatherError { camera: 0.3, hemisphere, fit: 0.0, signal: 1.0 };
-        let goal = PictureGoal { tolerance, size: (100, 100).into(), deadline: None, memory: f64::INFINITY, seed: 0 };
+        let goal =
+            PictureGoal { tolerance, size: (100, 100).into(), deadline: None, memory: f64::INFINITY.into(), seed: 0 };
         PictureCost::of(&error, 2, &goal, 1.0)
     }
 

@@ -94,7 +94,7 @@ impl<'a> Shooting<'a> {
         Shooting::start(shooter, None, &[shooter.surfaces().emission], settings)
     }
 
-    /// The same of several E that are kept apart, in place of the shooter's own: [`Operator::emitters`] or any others.
+    /// Starts from several E that are kept apart, in place of the shooter's own: [`Operator::emitters`] or any others.
     /// Patches that do not shoot their emission themselves ([`Shooter::emits_by_closed_form`]) send it by what is
     /// `received`. `settings.unshot` is a share of the power of all sources.
     ///
@@ -198,7 +198,7 @@ impl<'a> Shooting<'a> {
         self.generation_of(0, n)
     }
 
-    /// The same of a source.
+    /// What every patch received of one source in generation n so far, both halves; its E for n = 0.
     ///
     /// # Panics
     /// If there is no such source.

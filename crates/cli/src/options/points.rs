@@ -64,7 +64,7 @@ fn grid_of(text: &str) -> Option<(&str, f64, f64)> {
 }
 
 impl Sensors {
-    /// The same with columns for bounces in its table.
+    /// These sensors, with columns for bounces in their table.
     pub fn by_bounce(self) -> Sensors {
         Sensors { columns: Columns { by_bounce: true, ..self.columns }, ..self }
     }

@@ -8,7 +8,7 @@ export const FOV = { least: 10, most: 120 };
 // The state a page opens with: global illumination from the file's camera.
 export function initialState(scene) {
   return {
-    alpha: 1, tau: 0, view: { kind: "all", n: scene.terms }, stops: scene.stops,
+    alpha: 1, tau: 0, view: { kind: "all", n: scene.terms }, stops: 0,
     lamps: scene.lamps.map(() => ({ brightness: 1, colour: [1, 1, 1] })),
     ...fileCamera(scene),
   };
@@ -116,7 +116,7 @@ export function linkOfState(scene, state) {
   const mode = modeOf(state.alpha, state.tau);
   const parts = mode ? [`mode=${mode}`] : [`alpha=${short(state.alpha)}`, `tau=${short(state.tau)}`];
   if (state.view.kind !== "all") parts.push(`${state.view.kind === "sum" ? "bounce" : "term"}=${state.view.n}`);
-  if (state.stops !== scene.stops) parts.push(`stops=${short(state.stops)}`);
+  if (state.stops !== 0) parts.push(`stops=${short(state.stops)}`);
   gainsOf(state).forEach((gain, l) => {
     if (gain.every((g) => g === 1)) return;
     const grey = gain[0] === gain[1] && gain[1] === gain[2];

@@ -144,7 +144,7 @@ pub fn local_light(effort: &LocalEffort, watch: &dyn Watch) -> LocalLight {
     let five_lights = of(Lit::Five(FiveLights::Warn)).scene();
     let five = solve(&five_lights, effort, effort.samples, watch);
     let opengl = draw(&five_lights, effort.size, effort.samples);
-    // The same camera rays meet other lights: few are enough.
+    // Nothing but the lights differs between the two, and camera rays are shared: few are enough.
     let [closed, summed] = [Lit::Area, Lit::Quadrature(POINTS)].map(|lit| solve(&of(lit).scene(), effort, 4, watch));
     let difference = difference(&traced, &local.picture);
     LocalLight {
@@ -289,7 +289,7 @@ impl LocalLight {
         ]
     }
 
-    /// The same part of each picture, magnified.
+    /// One part of each picture, magnified.
     fn details(&self, size: Size, exposure: Exposure) -> Vec<Cell> {
         let [local, traced] = [&self.local.picture, &self.tracer.picture]
             .map(|picture| Shown::image(&magnified(picture, size), exposure));
