@@ -13,7 +13,7 @@ use crate::source::imports::{Imports, circle, imports};
 use crate::source::{Source, code, is_word, sources, words};
 
 /// The outer crates that belong to some modules only, by the name they have in code.
-const HOMES: [(&str, &[&str]); 22] = [
+const HOMES: [(&str, &[&str]); 21] = [
     ("tobj", &["scene"]),
     ("gltf_json", &["scene"]),
     ("data_url", &["scene"]),
@@ -32,7 +32,6 @@ const HOMES: [(&str, &[&str]); 22] = [
     ("zeno", &["plot"]),
     ("ttf_parser", &["plot"]),
     ("clap", &["cli"]),
-    ("mpi", &["light"]),
     ("ctrlc", &["cli"]),
     ("console", &["cli"]),
     ("indicatif", &["cli"]),

@@ -17,12 +17,9 @@
 
 pub(crate) mod budget;
 pub(crate) mod gloss;
-pub(crate) mod interrupt;
 pub(crate) mod mode;
-pub mod team;
 
 pub use gloss::Gloss;
-pub use interrupt::Interrupt;
 pub use mode::{Mode, Transport, TransportError};
 
 use nalgebra::Matrix2;

@@ -22,9 +22,10 @@
 //! hundred bytes a pixel), guiding densities of patches (at most 230 MB), and the scene itself, which is already loaded
 //! when this is asked.
 
+use halflight_team::part_of_machine;
+
 use crate::form_factors::{FormFactors, Rows, Sampling, Variant, cast};
 use crate::light::Transport;
-use crate::light::team;
 use crate::operator::PatchMaterials;
 use crate::pictures::Size;
 use crate::render::assembly::Discretization;
@@ -200,10 +201,7 @@ fn pilot(p: &Discretization, modes: &[Transport], sampling: &Sampling) -> Pilot 
 /// Bytes that may be used: a share of what the machine, or the control group this runs in, has left. Infinite where
 /// the system does not say. Processes that share the work share what their machines have, and all go by the least.
 pub fn usable_memory() -> f64 {
-    let host = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
-    let all = team::all((host, USABLE * machine().min(control_group())));
-    let beside = |host: &str| all.iter().filter(|(other, _)| other == host).count() as f64;
-    all.iter().map(|(host, bytes)| bytes / beside(host)).fold(f64::INFINITY, f64::min)
+    part_of_machine(USABLE * machine().min(control_group()))
 }
 
 /// `MemAvailable` of Linux's `/proc/meminfo`.

@@ -8,6 +8,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use halflight_team as team;
+
 use crate::kept::error::KeptError;
 use crate::kept::folder::{
     Also, CROSSINGS, KeptMode, Saved, lights, read_division, read_factors, read_layers, read_scene,
@@ -19,7 +21,7 @@ use crate::kept::meta::{FORMAT, Meta, is_kept, units};
 use crate::kept::pieces::Pieces;
 use crate::kept::sums::Sum;
 use halflight::form_factors::{FormFactors, Layers, Sampling, Variant};
-use halflight::light::{Transport, team};
+use halflight::light::Transport;
 use halflight::operator::{Cast, RowSource, Wanted, Whole};
 use halflight::pictures::{Exposure, NewFolder, WriteError};
 use halflight::render::{Discretization, Fineness, PatchLight, half_of};

@@ -10,11 +10,12 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use halflight_team as team;
+
 use crate::arrays::{Array, Values};
 use crate::kept::sums::{Sum, sum_of};
 use crate::npz::{npz_bytes, read_npz};
 use halflight::form_factors::{FormFactors, Rows, Variant, cast_counts};
-use halflight::light::team;
 use halflight::operator::Wanted;
 use halflight::pictures::{WriteError, make_directory, write_whole};
 
