@@ -66,7 +66,7 @@ fn shares(cache: &IrradianceCache, pixels: &[Pixel]) -> Vec<Share> {
     let count = 0..cache.records.len();
     let variances: Vec<f64> = count.clone().into_par_iter().map(one).collect();
     let uses = uses(cache, pixels);
-    let share = |i: usize| {
+    let variance = |i: usize| {
         let own = &cache.records[i];
         let at = &cache.light.supports[i].place;
         let near = NEAR * own.site.spacing as f64 * cache.density.pixel * own.distance;
@@ -79,10 +79,10 @@ fn shares(cache: &IrradianceCache, pixels: &[Pixel]) -> Vec<Share> {
                 number += 1.0;
             }
         });
-        let rays = f64::from(own.rays);
-        Share { rays, variance: uses[i] * sum / (number * rays) }
+        uses[i] * sum / (number * f64::from(own.rays))
     };
-    Loop::each(count.len()).map(share)
+    let parts = Loop::each(count.len()).map(variance).into_iter().zip(&cache.records);
+    parts.map(|(variance, own)| Share { rays: f64::from(own.rays), variance }).collect()
 }
 
 /// The derivative of the picture's variance by that of each record: the sum over the pixels of its squared
