@@ -154,7 +154,11 @@ pub mod gather;
 
 pub mod render;
 
-pub use light::{Interrupt, Light, Mode, Transport};
+#[cfg(feature = "mpi")]
+mod travelling;
+
+pub use halflight_team::Interrupt;
+pub use light::{Light, Mode, Transport};
 pub use operator::{LinearOperator, Operator};
 pub use render::{Fineness, Rendered, Solver};
 pub use scene::{LoadOptions, Scene};

@@ -8,6 +8,7 @@
 //! Not handled: emitters that are no luminaires, whose light hemisphere rays sample.
 
 use glam::{DVec3, Vec2};
+use halflight_team::Loop;
 
 use crate::direct::Lights;
 use crate::direct::emitters::occlusion::Occlusion;
@@ -17,7 +18,6 @@ use crate::direct::many::light_cut::LightCuts;
 use crate::direct::systematic::systematic;
 use crate::form_factors::{Progress, Sampling};
 use crate::light::Rgb;
-use crate::light::team;
 use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Sobol, Stream, hash};
 use crate::surfaces::SurfacePoint;
@@ -251,8 +251,7 @@ impl Lights {
             (sums.iter().sum::<DVec3>().as_vec3(), apart, scratch.cast - before)
         };
         let memory = || (Scratch::default(), vec![DVec3::ZERO; count]);
-        let share = team::share(self.patches.len(), |_| 1.0);
-        let all: Vec<(Rgb, Vec<Rgb>, u64)> = share.map(memory, one);
+        let all: Vec<(Rgb, Vec<Rgb>, u64)> = Loop::each(self.patches.len()).map_init(memory, one);
         PatchSums {
             total: all.iter().map(|own| own.0).collect(),
             emitters: (0..self.emitters().names().len()).map(|e| all.iter().map(|own| own.1[e]).collect()).collect(),

@@ -23,11 +23,9 @@
 //! Not handled: series that diverge; paths end after [`LONGEST`] vertices.
 
 use glam::DVec3;
+use halflight_team::{Loop, Travels};
 use rayon::prelude::*;
-use serde::Serialize;
-use serde::de::DeserializeOwned;
 
-use crate::light::team;
 use crate::rays::sobol::{Sobol, Stream, hash};
 use crate::rays::{FAN, Fan};
 use crate::reading::reflection::{Memory, Met, Reflection, SurfaceHit, Walker};
@@ -71,10 +69,10 @@ pub(crate) struct Path {
 /// Paths that were added together.
 #[derive(Clone, Debug)]
 struct Addition {
-    /// Those that this process keeps, in the order in which all are numbered.
+    /// Which of them each process keeps.
+    shared: Loop,
+    /// Those of this process.
     own: Vec<Path>,
-    /// How many follow each other that one process keeps, number k being of rank k modulo the number of processes.
-    runs: Vec<usize>,
 }
 
 /// Paths from all pixels, or from some.
@@ -119,24 +117,20 @@ impl ImportancePaths {
         // By path and not by pixel: those of some take many times as long as those of others.
         let until: Vec<usize> = self.starts.iter().scan(0, |sum, own| Some(own.added(before, after, sum))).collect();
         let all = until.last().copied().unwrap_or(0);
-        let (ranges, added) = team::keep_in_stripes(
-            all,
-            |_| 1.0,
-            Memory::default,
-            |memory, k| {
-                let start = until.partition_point(|&until| until <= k);
-                let own = &self.starts[start];
-                let n = own.paths(after) - (until[start] - k) as u32;
-                memory.scratch.cast = 0;
-                let random = Stream::new(hash(n, hash(own.pixel, seed)));
-                let vertices = tracer.trace(own.pixel as usize, random, memory);
-                (Path { start: start as u32, vertices }, memory.scratch.cast)
-            },
-        );
+        let shared = Loop::each(all);
+        let added = shared.keep(Memory::default, |memory, k| {
+            let start = until.partition_point(|&until| until <= k);
+            let own = &self.starts[start];
+            let n = own.paths(after) - (until[start] - k) as u32;
+            memory.scratch.cast = 0;
+            let random = Stream::new(hash(n, hash(own.pixel, seed)));
+            let vertices = tracer.trace(own.pixel as usize, random, memory);
+            (Path { start: start as u32, vertices }, memory.scratch.cast)
+        });
         let (own, cast): (Vec<Path>, Vec<u64>) = added.into_iter().unzip();
-        self.additions.push(Addition { own, runs: ranges.windows(2).map(|pair| pair[1] - pair[0]).collect() });
         self.count += all;
-        self.rays += team::sum(cast.into_iter().sum());
+        self.rays += shared.sum(cast.into_iter().sum());
+        self.additions.push(Addition { shared, own });
         self.each = after;
     }
 
@@ -147,36 +141,28 @@ impl ImportancePaths {
         self.rays += others.rays;
     }
 
-    /// Those of this process.
-    pub(crate) fn own(&self) -> impl ParallelIterator<Item = &Path> {
-        self.additions.par_iter().flat_map(|added| &added.own)
-    }
-
     /// How often paths were added.
     pub(crate) fn additions(&self) -> usize {
         self.additions.len()
     }
 
     /// What `of_path` finds for the paths that were added from the `first` time on, all in their order.
-    pub(crate) fn each_of<T: Serialize + DeserializeOwned + Send>(
-        &self,
-        first: usize,
-        of_path: impl Fn(&Path) -> T + Sync + Send,
-    ) -> Vec<T> {
-        let added = &self.additions[first..];
-        let own = added.iter().flat_map(|added| added.own.par_iter().map(&of_path).collect::<Vec<T>>()).collect();
-        let mut of_ranks: Vec<_> = team::all::<Vec<T>>(own).into_iter().map(Vec::into_iter).collect();
-        let size = of_ranks.len();
-        let runs = added.iter().flat_map(|added| added.runs.iter().enumerate());
-        runs.flat_map(|(k, &run)| of_ranks[k % size].by_ref().take(run).collect::<Vec<T>>()).collect()
+    pub(crate) fn each_of<T: Travels>(&self, first: usize, of_path: impl Fn(&Path) -> T + Sync + Send) -> Vec<T> {
+        let all = |added: &Addition| added.shared.join(added.own.par_iter().map(&of_path).collect());
+        self.additions[first..].iter().flat_map(all).collect()
+    }
+
+    /// The sum of what `of_path` finds for all paths, wherever they are kept.
+    pub(crate) fn sum(&self, of_path: impl Fn(&Path) -> u64 + Sync + Send) -> u64 {
+        self.additions.iter().map(|added| added.shared.sum(added.own.par_iter().map(&of_path).sum())).sum()
     }
 
     /// Visibility rays per vertex, in the mean.
     pub(crate) fn direct_rays(&self) -> f64 {
         let reflecting = |path: &Path| path.vertices.iter().filter(|v| v.reflection.reflect != DVec3::ZERO).count();
-        let vertices = team::sum(self.own().map(|path| path.vertices.len() as u64).sum());
+        let vertices = self.sum(|path| path.vertices.len() as u64);
         // From the camera, from what it sees, and from the vertices.
-        let others = team::sum(self.own().map(|path| 2 + (SPREAD * reflecting(path)) as u64).sum());
+        let others = self.sum(|path| 2 + (SPREAD * reflecting(path)) as u64);
         self.rays.saturating_sub(others) as f64 / vertices.max(1) as f64
     }
 
@@ -184,7 +170,7 @@ impl ImportancePaths {
     pub(crate) fn bytes(&self) -> u64 {
         let met = |next: &Met| if next.spilled() { next.capacity() * size_of::<SurfaceHit>() } else { 0 };
         let own = |vertex: &Vertex| size_of::<Vertex>() + met(&vertex.reflection.next);
-        team::sum(self.own().map(|path| path.vertices.iter().map(own).sum::<usize>() as u64).sum())
+        self.sum(|path| path.vertices.iter().map(own).sum::<usize>() as u64)
     }
 }
 
@@ -284,7 +270,7 @@ mod tests {
         let view = View::new(&lights, (8, 8).into());
         let mut paths = ImportancePaths::new(&view, vec![1.0; 64], 3);
         paths.extend(&view, 4);
-        assert_eq!((paths.count, paths.own().count()), (256, 256));
+        assert_eq!((paths.count, paths.sum(|_| 1)), (256, 256));
         for path in paths.additions.iter().flat_map(|added| &added.own) {
             let mut next: Option<DVec3> = None;
             for vertex in &path.vertices {

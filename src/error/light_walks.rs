@@ -24,10 +24,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use glam::{DVec3, Vec3};
+use halflight_team::{Loop, is_over};
 
-use crate::error::deadline::is_over;
 use crate::light::shares::Shares;
-use crate::light::team;
 use crate::light::{Transport, nothing_passes};
 use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Stream, hash};
@@ -41,7 +40,7 @@ const BATCH: u32 = 4096;
 const BATCHES: (u32, u32) = (16, 1024);
 
 /// Powers of both halves of one term, W.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct TermPower {
     pub visible: DVec3,
     pub invisible: DVec3,
@@ -120,8 +119,7 @@ pub(crate) fn walked_powers(scene: &Scene, rays: &Rays, transport: Transport, go
     loop {
         for first in (batches.len() as u32..wanted).step_by(step as usize) {
             let end = wanted.min(first + step);
-            let share = team::share((end - first) as usize, |_| 1.0);
-            for batch in share.map(|| (), |(), k| walks.batch(first + k as u32, goal)) {
+            for batch in Loop::each((end - first) as usize).map(|k| walks.batch(first + k as u32, goal)) {
                 if goal.emitters.are_apart() {
                     apart.add(&batch);
                 }

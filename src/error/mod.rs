@@ -4,7 +4,6 @@
 //! Not handled: errors of the gather pass, which it estimates itself with `halves::Halves`; what is done about an
 //! error, which is up to [`crate::render`].
 
-pub mod deadline;
 pub(crate) mod halves;
 pub(crate) mod importance_paths;
 pub(crate) mod light_walks;

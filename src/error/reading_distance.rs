@@ -10,8 +10,9 @@
 //!
 //! Not handled: indirect light that is uneven within a patch.
 
+use halflight_team::Loop;
+
 use crate::error::halves::Halves;
-use crate::light::team;
 use crate::rays::sobol::{Sobol, Stream, hash};
 use crate::reading::patch_light::Fields;
 use crate::reading::reflection::{Memory, SurfaceHit, Walker};
@@ -41,8 +42,8 @@ pub(crate) fn nearest_read(view: &View, fields: &Fields, seed: u32) -> (Vec<f32>
         let widths = (sampler.unevenness(i, width, memory) / EVEN).max(least);
         (widths as f32 * width, memory.scratch.cast - before)
     };
-    let share = team::share(view.patches.len(), |_| 1.0);
-    let (nearest, cast): (Vec<f32>, Vec<u64>) = share.map(Memory::default, of).into_iter().unzip();
+    let found = Loop::each(view.patches.len()).map_init(Memory::default, of);
+    let (nearest, cast): (Vec<f32>, Vec<u64>) = found.into_iter().unzip();
     let nearest = if nearest.iter().all(|near| *near == 0.0) { Vec::new() } else { nearest };
     (nearest, cast.iter().sum())
 }

@@ -24,11 +24,10 @@
 //! Not handled: the sum over a picture ([`crate::error::sampled_pixels`]).
 
 use glam::DVec3;
-use rayon::prelude::*;
+use halflight_team::Loop;
 
 use crate::error::importance_paths::{ImportancePaths, Path, PathTracer, Vertex};
 use crate::light::Rgb;
-use crate::light::team;
 use crate::patches::{Patches, Sample};
 use crate::rays::sobol::{Stream, hash};
 use crate::reading::patch_light::Fields;
@@ -81,7 +80,7 @@ impl ImportancePaths {
         };
         // How far a path that ended before would have gone on is not known.
         let before = |path: &Path| path.vertices.iter().position(reads).unwrap_or(path.vertices.len());
-        let count = team::sum(self.own().map(|path| before(path) as u64).sum());
+        let count = self.sum(|path| before(path) as u64);
         let further = count as f64 / self.count.max(1) as f64;
         1.0 + further * (1.0 + DIRECT_RAY * self.direct_rays())
     }
@@ -142,8 +141,7 @@ pub(crate) fn add_samples_of_bright(
         }
         memory.scratch.cast - before
     };
-    let share = team::share(samples.len(), |k| powers[k]);
-    share.change(samples, |k| k, Memory::default, add).into_iter().sum()
+    Loop::weighed(samples.len(), |k| powers[k]).change(samples, Memory::default, add).into_iter().sum()
 }
 
 /// A sample of the light that leaves a point of patch k as it was cut.
@@ -205,7 +203,7 @@ mod tests {
         assert_eq!((paths.direct_rays(), paths.price(view.patches, &fields)), (0.0, 1.0));
         // Where everything is near, a ray goes on as long as its path does.
         let near = fields.not_read_nearer(vec![f32::INFINITY; view.patches.len()]);
-        let vertices: usize = paths.own().map(|path| path.vertices.len()).sum();
+        let vertices = paths.sum(|path| path.vertices.len() as u64);
         assert_eq!(paths.price(view.patches, &near), 1.0 + vertices as f64 / paths.count as f64);
     }
 
@@ -218,7 +216,7 @@ mod tests {
         let most = DIRECT_RAY * view.lights.luminaires.list.len() as f64;
         assert!(0.0 < direct && direct <= most, "{direct} {most}");
         let near = fields.not_read_nearer(vec![f32::INFINITY; view.patches.len()]);
-        let vertices: usize = paths.own().map(|path| path.vertices.len()).sum();
+        let vertices = paths.sum(|path| path.vertices.len() as u64);
         let further = vertices as f64 / paths.count as f64;
         assert!((paths.price(view.patches, &near) / (1.0 + further * (1.0 + direct)) - 1.0).abs() < 1e-12);
     }

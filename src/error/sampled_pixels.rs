@@ -18,8 +18,8 @@
 use std::time::Instant;
 
 use glam::DVec3;
+use halflight_team::would_be_over;
 
-use crate::error::deadline::would_be_over;
 use crate::error::importance_paths::ImportancePaths;
 use crate::error::residual::error;
 use crate::light::shares::Shares;

@@ -3,12 +3,11 @@
 //! Goes by rounds, each of which cuts every cell above a fifth of the largest error, so that the result depends on
 //! neither the number of threads nor the order of work.
 
+use halflight_team::heed_interrupt;
 use rayon::prelude::*;
 
-use crate::light::interrupt::heed_interrupt;
-
 /// A number and how far it may be off.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
     /// The number.
     pub value: f64,

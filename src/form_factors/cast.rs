@@ -7,9 +7,10 @@
 //!
 //! Not handled: numbers of rays that follow from an error; callers give them.
 
+use halflight_team::Loop;
+
 use crate::form_factors::sparse::Rows;
 use crate::light::nothing_passes;
-use crate::light::team::{self, Owners};
 use crate::patches::Patches;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::warp::cosine_direction;
@@ -159,18 +160,14 @@ pub fn cast_counts(
         let rows = needed.iter().map(|_| Accumulator::new(patches.len()));
         (rows.collect::<Vec<_>>(), Vec::new())
     };
-    let (owners, rows) = team::keep(
-        patches.len(),
-        |i| f64::from(count(i)),
-        scratch,
-        |(sums, hits), i| {
-            tick(1);
-            caster.row(i, count(i), &needed, sums, hits)
-        },
-    );
+    let shared = Loop::in_ranges(patches.len(), |i| f64::from(count(i)));
+    let rows = shared.keep(scratch, |(sums, hits), i| {
+        tick(1);
+        caster.row(i, count(i), &needed, sums, hits)
+    });
     let sources = (0..patches.len()).filter(|&i| needed.iter().any(|v| v.rows[i]));
     let cast = sources.map(|i| u64::from(count(i))).sum();
-    (distribute(variants, &owners, rows), cast)
+    (distribute(variants, &shared, rows), cast)
 }
 
 fn needs_rays(v: &Variant) -> bool {
@@ -178,16 +175,14 @@ fn needs_rays(v: &Variant) -> bool {
 }
 
 /// F of every variant from the rows of those that need rays, patch by patch, each kept where it was cast.
-fn distribute(variants: &[Variant], owners: &Owners, mut rows: Vec<Vec<CastRow>>) -> Vec<FormFactors> {
+fn distribute(variants: &[Variant], shared: &Loop, mut rows: Vec<Vec<CastRow>>) -> Vec<FormFactors> {
     let mut needed = 0..;
     let of_variant = |v: &Variant| {
-        let Some(k) = needs_rays(v).then(|| needed.next()).flatten() else { return FormFactors::none(owners.len()) };
+        let Some(k) = needs_rays(v).then(|| needed.next()).flatten() else { return FormFactors::none(shared.len()) };
         let own: Vec<CastRow> = rows.iter_mut().map(|row: &mut Vec<CastRow>| std::mem::take(&mut row[k])).collect();
-        // Not a number stands for rows without rays, which processes hand each other as any other.
-        let sums = own.iter().map(|row| row.sum.unwrap_or(f32::NAN)).collect();
         FormFactors {
-            row_sums: owners.join_numbers(sums, 1).into_iter().map(|sum| (!sum.is_nan()).then_some(sum)).collect(),
-            rows: Rows::of_part(owners.clone(), own.into_iter().map(|row| (row.columns, row.values)).collect()),
+            row_sums: shared.join(own.iter().map(|row| row.sum).collect()),
+            rows: Rows::of_part(shared.clone(), own.into_iter().map(|row| (row.columns, row.values)).collect()),
         }
     };
     variants.iter().map(of_variant).collect()

@@ -19,7 +19,7 @@ const NODES: [f64; SIDE] =
 const FLAT: f64 = 1e-4;
 
 /// The rectangle around a flat patch.
-#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug)]
 pub(crate) struct Rectangle {
     pub center: DVec3,
     pub normal: DVec3,
@@ -95,12 +95,12 @@ impl Rectangle {
 }
 
 /// Polynomials on equal tiles of a rectangle.
-#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug)]
 pub(crate) struct Tiles {
-    rectangle: Rectangle,
+    pub rectangle: Rectangle,
     /// Tiles along a side.
-    side: usize,
-    values: Vec<[Vec3; SIDE * SIDE]>,
+    pub side: usize,
+    pub values: Vec<[Vec3; SIDE * SIDE]>,
 }
 
 impl Tiles {

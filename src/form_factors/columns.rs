@@ -135,9 +135,9 @@ impl Rows {
     }
 
     fn panel_product<const W: usize>(&self, x: &[f32]) -> Vec<f32> {
-        let mut own = vec![0.0; W * self.own().len()];
-        multiply::<W, [f32; W]>(self, x.as_chunks().0, own.as_chunks_mut().0);
-        self.owners().join_numbers(own, W)
+        let mut own = vec![[0.0; W]; self.own().len()];
+        multiply::<W, [f32; W]>(self, x.as_chunks().0, &mut own);
+        self.shared().join_numbers(own, |numbers| *numbers, |numbers| numbers).into_flattened()
     }
 }
 

@@ -20,13 +20,13 @@
 use std::collections::HashMap;
 
 use glam::DVec3;
+use halflight_team::heed_interrupt;
 use rayon::prelude::*;
 
 use crate::form_factors::adaptive_integration::{Cell, Estimate, refine};
 use crate::form_factors::facet::{Edge, Facet};
 use crate::form_factors::occluders::{Occluder, visible_form};
 use crate::form_factors::plane::{Plane, area_vector};
-use crate::light::interrupt::heed_interrupt;
 
 /// A sender, a receiver in front of it, and what may lie between.
 pub(crate) struct Link<'a> {

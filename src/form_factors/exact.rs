@@ -15,6 +15,7 @@
 //! Not handled: emission that is not uniform over a body.
 
 use glam::DVec3;
+use halflight_team::heed_interrupt;
 use rayon::prelude::*;
 
 use crate::form_factors::adaptive_integration::{Estimate, Tolerance};
@@ -22,7 +23,6 @@ use crate::form_factors::cubature::Link;
 use crate::form_factors::facet::{Facet, facets};
 use crate::form_factors::occluders::{Occluder, between};
 use crate::form_factors::{contour_integral, cubature};
-use crate::light::interrupt::heed_interrupt;
 use crate::light::nothing_passes;
 use crate::scene::{Scene, Sides};
 
@@ -58,7 +58,7 @@ pub struct Bodies {
 }
 
 /// How a form factor was found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Method {
     /// Contour integrals: nothing lies between.
     ClosedForm,

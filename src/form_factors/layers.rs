@@ -18,12 +18,12 @@
 //! with `M^(1) = F^t a`. Twelve bytes a crossing. Not handled: light as emitted by luminaires, which no spectral radius
 //! depends on.
 
+use halflight_team::Loop;
 use rayon::prelude::*;
 
 use crate::form_factors::cast::{Caster, Progress, Sampling, Variant};
 use crate::form_factors::sparse::Rows;
 use crate::light::nothing_passes;
-use crate::light::team::{self, Owners};
 use crate::patches::Patches;
 use crate::rays::{Hit, Ray, Rays};
 
@@ -31,7 +31,8 @@ use crate::rays::{Hit, Ray, Rays};
 /// keeps those of some patches.
 #[derive(Clone, Debug)]
 pub struct Layers {
-    owners: Owners,
+    /// Which patches each process keeps those of.
+    shared: Loop,
     /// Of the patches kept here.
     rows: Vec<Row>,
     rays: u32,
@@ -42,24 +43,24 @@ pub struct Layers {
 }
 
 /// The crossings of the rays of one patch.
-#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
-struct Row {
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Row {
     /// Columns that any crossing meets, ascending.
-    columns: Vec<u32>,
+    pub columns: Vec<u32>,
     /// Where the crossings of each ray end; rays that meet nothing that sends are left out.
-    ends: Vec<u32>,
-    crossings: Vec<Crossing>,
+    pub ends: Vec<u32>,
+    pub crossings: Vec<Crossing>,
 }
 
 /// A crossing with a patch that sends.
-#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
-struct Crossing {
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Crossing {
     /// Place in [`Row::columns`].
-    slot: u32,
+    pub slot: u32,
     /// Surfaces crossed before.
-    depth: u32,
+    pub depth: u32,
     /// Product of their own tau.
-    weight: f32,
+    pub weight: f32,
 }
 
 /// Casts rays from the patches that receive and keeps their crossings with those that send; also returns how many
@@ -87,9 +88,10 @@ pub fn cast_layers(
         }
         row
     };
-    let (owners, rows) = team::keep(patches.len(), |_| 1.0, Vec::new, row);
+    let shared = Loop::in_ranges(patches.len(), |_| 1.0);
+    let rows = shared.keep(Vec::new, row);
     let sources = (0..patches.len()).filter(|&i| needed(i)).count();
-    (Layers::new(owners, rows, count), sources as u64 * u64::from(count))
+    (Layers::new(shared, rows, count), sources as u64 * u64::from(count))
 }
 
 impl Row {
@@ -186,20 +188,18 @@ pub struct LayerNumbers {
 
 impl Layers {
     /// All processes are to call it together, each with its own rows.
-    fn new(owners: Owners, rows: Vec<Row>, rays: u32) -> Layers {
+    fn new(shared: Loop, rows: Vec<Row>, rays: u32) -> Layers {
         let deepest = rows.iter().flat_map(|row| &row.crossings).map(|c| c.depth).max().unwrap_or(0);
-        let sum = |own: fn(&Row) -> usize| owners.sum(rows.iter().map(own).sum::<usize>() as u64) as usize;
+        let sum = |own: fn(&Row) -> usize| shared.sum(rows.iter().map(own).sum::<usize>() as u64) as usize;
         let (crossings, columns) = (sum(|row| row.crossings.len()), sum(|row| row.columns.len()));
-        Layers { deepest: owners.largest(deepest), owners, rows, rays, crossings, columns }
+        let deepest = shared.all(deepest).into_iter().max().unwrap_or(0);
+        Layers { deepest, shared, rows, rays, crossings, columns }
     }
 
     /// The crossings of all patches here; all processes are to call it together.
     pub fn whole(self) -> Layers {
-        if self.owners.is_everyone() {
-            return self;
-        }
-        let rows = team::all(self.rows).into_iter().flatten().collect();
-        Layers { owners: Owners::everyone(self.owners.len()), rows, ..self }
+        let rows = self.shared.join(self.rows);
+        Layers { shared: Loop::everyone(rows.len()), rows, ..self }
     }
 
     /// All crossings as numbers.
@@ -207,7 +207,7 @@ impl Layers {
     /// # Panics
     /// If other processes keep some ([`Layers::whole`]).
     pub fn numbers(&self) -> LayerNumbers {
-        assert!(self.owners.is_everyone(), "crossings of some patches are not here");
+        assert!(self.shared.is_everyone(), "crossings of some patches are not here");
         let crossings = || self.rows.iter().flat_map(|row| &row.crossings);
         LayerNumbers {
             rays: self.rays,
@@ -267,6 +267,6 @@ impl Layers {
             entries.filter(|(_, v)| **v > 0.0).map(|(&j, &v)| (j, (v * share) as f32)).unzip()
         };
         let rows = self.rows.par_iter().map_init(Vec::new, row);
-        Rows::of_part(self.owners.clone(), rows.collect())
+        Rows::of_part(self.shared.clone(), rows.collect())
     }
 }

@@ -11,11 +11,11 @@
 //! cache, which lose more by short loops than they gain.
 
 use glam::Vec4;
+use halflight_team::heed_interrupt;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use crate::form_factors::sparse::{RUN, Rows};
-use crate::light::interrupt::heed_interrupt;
 
 /// Rows that a thread takes at once.
 const CHUNK: usize = 64;
@@ -59,7 +59,7 @@ impl Rows {
     pub fn product(&self, x: &[Vec4]) -> Vec<Vec4> {
         let mut product = vec![Vec4::ZERO; self.own().len()];
         multiply(self, x, &mut product);
-        self.owners().join(product, Vec4::to_array, Vec4::from_array)
+        self.shared().join_numbers(product, Vec4::to_array, Vec4::from_array)
     }
 }
 

@@ -11,10 +11,11 @@
 //! Not handled: gaps between faces that rays take for one plane (2e-6 of half the scene's extent).
 
 use glam::Vec3;
+use halflight_team::Loop;
 
 use crate::form_factors::adaptive_integration::{Estimate, Tolerance};
+use crate::light::nothing_passes;
 use crate::light::shares::draw;
-use crate::light::{nothing_passes, team};
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::warp::{cosine_direction, triangle_point};
 use crate::rays::{Hit, Ray, Rays, Side};
@@ -68,7 +69,7 @@ impl Sampler<'_> {
             let cast = |(): &mut (), r: usize, sum: &mut Sums| {
                 self.cast(&senders, hash(object, self.seed ^ hash(r as u32, 77)), done..until, sum);
             };
-            team::share(sums.len(), |_| 1.0).change(&mut sums, |r| r, || (), cast);
+            Loop::each(sums.len()).change(&mut sums, || (), cast);
             done = until;
             let row: Vec<Estimate> = (0..n).map(|j| estimate(&sums, j, done)).collect();
             let enough = |e: &Estimate| e.error <= tolerance.of(e.value);
@@ -150,12 +151,12 @@ impl Sampler<'_> {
 }
 
 /// What the rays of one scrambling found, object by object.
-#[derive(Clone, serde::Serialize, serde::Deserialize)]
-struct Sums {
+#[derive(Clone)]
+pub(crate) struct Sums {
     /// What arrived.
-    met: Vec<f64>,
+    pub met: Vec<f64>,
     /// What more arrived where rays were moved twice as far from their faces: of one in [`MOVED`].
-    moved: Vec<f64>,
+    pub moved: Vec<f64>,
 }
 
 /// An estimate without what moving the starts of rays off their faces adds, and with that in its error. For small moves

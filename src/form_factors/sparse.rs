@@ -9,28 +9,18 @@
 
 use std::ops::Range;
 
+use halflight_team::Loop;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
-
-use crate::light::team::{self, Owners};
 
 /// A sparse matrix of non-negative f32 by rows, columns ascending.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rows {
     /// Who keeps which of the rows.
-    owners: Owners,
+    shared: Loop,
     /// Entries of all rows, wherever they are kept.
     entries: usize,
     /// Of the rows kept here.
     starts: Vec<usize>,
-    columns: Vec<u32>,
-    values: Vec<f32>,
-}
-
-/// Some rows on their way to another process: their lengths, and the entries of all.
-#[derive(Default, Serialize, Deserialize)]
-struct Sent {
-    lengths: Vec<u32>,
     columns: Vec<u32>,
     values: Vec<f32>,
 }
@@ -46,20 +36,20 @@ impl Rows {
     /// Joins rows given as (columns ascending, values).
     pub fn from_rows(rows: Vec<(Vec<u32>, Vec<f32>)>) -> Rows {
         let entries = rows.iter().map(|r| r.0.len()).sum();
-        Rows::joined(Owners::everyone(rows.len()), rows, entries)
+        Rows::joined(Loop::everyone(rows.len()), rows, entries)
     }
 
     /// Joins the rows that this process keeps; all processes are to call it together.
-    pub(crate) fn of_part(owners: Owners, own: Vec<(Vec<u32>, Vec<f32>)>) -> Rows {
+    pub(crate) fn of_part(shared: Loop, own: Vec<(Vec<u32>, Vec<f32>)>) -> Rows {
         let entries: usize = own.iter().map(|r| r.0.len()).sum();
-        let all = owners.sum(entries as u64) as usize;
-        Rows::joined(owners, own, all)
+        let all = shared.sum(entries as u64) as usize;
+        Rows::joined(shared, own, all)
     }
 
-    fn joined(owners: Owners, rows: Vec<(Vec<u32>, Vec<f32>)>, all: usize) -> Rows {
+    fn joined(shared: Loop, rows: Vec<(Vec<u32>, Vec<f32>)>, all: usize) -> Rows {
         let entries = rows.iter().map(|r| r.0.len()).sum();
         let mut joined = Rows {
-            owners,
+            shared,
             entries: all,
             starts: Vec::with_capacity(rows.len() + 1),
             columns: Vec::with_capacity(entries),
@@ -79,7 +69,7 @@ impl Rows {
     pub fn from_parts(starts: Vec<usize>, columns: Vec<u32>, values: Vec<f32>) -> Option<Rows> {
         let count = starts.len().checked_sub(1)?;
         let bounds = starts[0] == 0 && starts[count] == columns.len() && columns.len() == values.len();
-        let rows = Rows { owners: Owners::everyone(count), entries: values.len(), starts, columns, values };
+        let rows = Rows { shared: Loop::everyone(count), entries: values.len(), starts, columns, values };
         let is_row = |i: usize| {
             let (columns, values) = rows.row(i);
             let inside = columns.last().is_none_or(|&last| (last as usize) < count);
@@ -101,37 +91,28 @@ impl Rows {
             let entries = own.iter().zip(values).filter(|(j, _)| rows[i] && columns[**j as usize]);
             entries.map(|(j, value)| (*j, *value)).unzip()
         };
-        Rows::of_part(self.owners.clone(), self.own().into_par_iter().map(own).collect())
+        Rows::of_part(self.shared.clone(), self.own().into_par_iter().map(own).collect())
     }
 
     /// Who keeps which of the rows.
-    pub(crate) fn owners(&self) -> &Owners {
-        &self.owners
+    pub(crate) fn shared(&self) -> &Loop {
+        &self.shared
     }
 
     /// The rows that this process keeps: all, unless several share a solve.
     pub fn own(&self) -> Range<usize> {
-        self.owners.own()
+        self.shared.own()
     }
 
     /// The matrix with all its rows here; all processes are to call it together.
     pub fn whole(self) -> Rows {
-        if self.owners.is_everyone() {
-            return self;
-        }
-        let own = self.sent(self.own());
-        Rows::from_rows(team::all(own).into_iter().flat_map(Sent::rows).collect())
+        if self.shared.is_everyone() { self } else { Rows::from_rows(self.shared.join(self.sent(self.own()))) }
     }
 
-    /// Rows that are kept here, to be sent.
-    fn sent(&self, rows: Range<usize>) -> Sent {
-        let first = self.own().start;
-        let (from, to) = (self.starts[rows.start - first], self.starts[rows.end - first]);
-        Sent {
-            lengths: rows.map(|i| self.row(i).0.len() as u32).collect(),
-            columns: self.columns[from..to].to_vec(),
-            values: self.values[from..to].to_vec(),
-        }
+    /// Rows that are kept here, on their way to another process.
+    fn sent(&self, rows: Range<usize>) -> Vec<(Vec<u32>, Vec<f32>)> {
+        let sent = |(columns, values): (&[u32], &[f32])| (columns.to_vec(), values.to_vec());
+        rows.map(|i| sent(self.row(i))).collect()
     }
 
     /// `n` empty rows.
@@ -141,7 +122,7 @@ impl Rows {
 
     /// Number of rows.
     pub fn len(&self) -> usize {
-        self.owners.len()
+        self.shared.len()
     }
 
     /// Whether there are no rows.
@@ -178,14 +159,13 @@ impl Rows {
     /// The transposed matrix; its row j is kept where row j of this one is.
     pub fn transposed(&self) -> Rows {
         let own = self.own_transposed();
-        if self.owners.is_everyone() {
+        if self.shared.is_everyone() {
             return own;
         }
-        let to_each = self.owners.ranges().map(|range| own.sent(range));
-        let found = team::hand_out(to_each.collect());
+        let found = self.shared.hand_out(self.shared.ranges().map(|range| own.sent(range)).collect());
         drop(own);
         // Rows of this matrix ascend with the ranks, and so do columns of that one.
-        let mut from_each: Vec<_> = found.into_iter().map(|sent| sent.rows().into_iter()).collect();
+        let mut from_each: Vec<_> = found.into_iter().map(Vec::into_iter).collect();
         let join = |_| {
             let mut row = (Vec::new(), Vec::new());
             for (columns, values) in from_each.iter_mut().filter_map(Iterator::next) {
@@ -195,7 +175,7 @@ impl Rows {
             row
         };
         let rows = self.own().map(join).collect();
-        Rows::joined(self.owners.clone(), rows, self.entries)
+        Rows::joined(self.shared.clone(), rows, self.entries)
     }
 
     /// The rows kept here, transposed: all its rows are here, too.
@@ -220,15 +200,7 @@ impl Rows {
                 *k += 1;
             }
         }
-        Rows { owners: Owners::everyone(n), entries: values.len(), starts, columns, values }
-    }
-}
-
-impl Sent {
-    fn rows(self) -> Vec<(Vec<u32>, Vec<f32>)> {
-        let (mut columns, mut values) = (self.columns.into_iter(), self.values.into_iter());
-        let row = |&n: &u32| (columns.by_ref().take(n as usize).collect(), values.by_ref().take(n as usize).collect());
-        self.lengths.iter().map(row).collect()
+        Rows { shared: Loop::everyone(n), entries: values.len(), starts, columns, values }
     }
 }
 

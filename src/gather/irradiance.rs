@@ -51,7 +51,7 @@ const CERTAIN: f64 = 2.0;
 const NO_PATCH: u32 = 0;
 
 /// What arrives at a point, over pi.
-#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug)]
 pub(crate) struct Irradiance {
     /// Of luminaires and lights without area, emitter by emitter.
     pub direct: Vec<DVec3>,

@@ -13,7 +13,8 @@
 //!
 //! Not handled: depth of field, motion, filters other than the box.
 
-use crate::error::deadline::is_over;
+use halflight_team::is_over;
+
 use crate::form_factors::Progress;
 use crate::gather::gathered::Gathered;
 use crate::gather::pixels::adaptive_sampling::{Plan, sample_pixels};

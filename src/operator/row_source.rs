@@ -8,8 +8,9 @@
 
 use std::sync::Arc;
 
+use halflight_team::Loop;
+
 use crate::form_factors::{FormFactors, Progress, Sampling, Variant, cast_counts};
-use crate::light::team;
 use crate::patches::Patches;
 use crate::surfaces::Geometry;
 
@@ -69,6 +70,6 @@ impl RowSource for Cast {
         false
     }
     fn kept_share(&self) -> f64 {
-        team::kept_share()
+        Loop::largest_share()
     }
 }

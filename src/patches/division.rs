@@ -29,7 +29,7 @@ const SIGNIFICANT: f64 = 10.0;
 const DEEPEST: u32 = 24;
 
 /// The light that leaves a point, sampled by one ray.
-#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug)]
 pub struct Sample {
     /// Where.
     pub point: SurfacePoint,

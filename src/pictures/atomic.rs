@@ -16,9 +16,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::{fs, io};
 
+use halflight_team as team;
 use tempfile::{Builder, TempDir, TempPath};
-
-use crate::light::team;
 
 /// What exists now under a temporary name, each removed when it is dropped.
 struct Live {

@@ -14,10 +14,10 @@
 use std::ops::Mul;
 
 use glam::{Vec3, Vec3A};
+use halflight_team::heed_interrupt;
 use obvhs::aabb::Aabb;
 use rayon::prelude::*;
 
-use crate::light::interrupt::heed_interrupt;
 use crate::rays::accelerator::{Accelerator, MANY};
 use crate::rays::bvh::Bvh;
 use crate::rays::bvh_build::Layout;

@@ -20,7 +20,7 @@ use crate::reading::view::View;
 const READ: f64 = 0.125;
 
 /// A point of a reflecting side that a ray met.
-#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct SurfaceHit {
     pub face: u32,
     /// The patch that it lies on, among those of the view that the ray was followed in.
@@ -47,7 +47,7 @@ impl SurfaceHit {
 pub(crate) type Met = SmallVec<[SurfaceHit; 1]>;
 
 /// A sample of what leaves a point of a surface.
-#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug)]
 pub(crate) struct Reflection {
     /// Reflected direct light of luminaires, `alpha rho D`.
     pub direct: DVec3,

@@ -11,7 +11,8 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::error::deadline::{deadline_after, is_over};
+use halflight_team::{deadline_after, is_over};
+
 use crate::error::light_walks::{WalkGoal, WalkedPowers, walked_powers};
 use crate::light::{Light, Transport};
 use crate::operator::{EmitterLight, LinearOperator};

@@ -2,7 +2,8 @@
 
 use std::time::Instant;
 
-use crate::error::deadline::{is_over, would_be_over};
+use halflight_team::{is_over, would_be_over};
+
 use crate::pictures::Size;
 use crate::render::assembly::Seconds;
 use crate::render::memory::MemoryLimit;

@@ -18,7 +18,8 @@
 //! hundred bytes a pixel), guiding densities of patches (at most 230 MB), and the scene itself, which is already loaded
 //! when this is asked.
 
-use crate::light::team;
+use halflight_team::part_of_machine;
+
 use crate::pictures::Size;
 use crate::solve::Settings;
 
@@ -130,10 +131,7 @@ pub fn check_fit(patches: usize, stored: Stored, limit: f64, needs: impl Fn(f64)
 /// Bytes that may be used: a share of what the machine, or the control group this runs in, has left. Infinite where
 /// the system does not say. Processes that share the work share what their machines have, and all go by the least.
 pub fn usable_memory() -> f64 {
-    let host = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
-    let all = team::all((host, USABLE * machine().min(control_group())));
-    let beside = |host: &str| all.iter().filter(|(other, _)| other == host).count() as f64;
-    all.iter().map(|(host, bytes)| bytes / beside(host)).fold(f64::INFINITY, f64::min)
+    part_of_machine(USABLE * machine().min(control_group()))
 }
 
 /// `MemAvailable` of Linux's `/proc/meminfo`.

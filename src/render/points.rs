@@ -20,13 +20,13 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use glam::DVec3;
+use halflight_team::Loop;
 use rayon::prelude::*;
 
 use crate::direct::Lights;
 use crate::gather::irradiance::{Asked, Irradiance, IrradianceSampler};
 use crate::gather::records::final_gather::FinalGather;
 use crate::light::budget::{STAND_INS, TRUNCATION};
-use crate::light::team;
 use crate::rays::Ray;
 use crate::rays::sobol::Sobol;
 use crate::rays::warp::hemisphere_direction;
@@ -176,8 +176,7 @@ impl SensorRound<'_> {
     }
 
     fn sense_all(&self, points: &[usize]) -> Sensed {
-        let share = team::share(points.len(), |_| 1.0);
-        let found = share.map(Memory::default, |memory, k| self.sense(points[k], memory));
+        let found = Loop::each(points.len()).map_init(Memory::default, |memory, k| self.sense(points[k], memory));
         let rays = found.iter().map(|(found, _)| found.rays).sum();
         Sensed { found, rays }
     }

@@ -5,7 +5,8 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
-use crate::error::deadline::deadline_after;
+use halflight_team::deadline_after;
+
 use crate::gather::{GatherPass, GatherSampling};
 use crate::light::Transport;
 use crate::operator::{Operator, RowSource};

@@ -62,7 +62,7 @@ impl Surfaces {
 }
 
 /// A point on one side of a face, that sends or receives light there.
-#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug)]
 pub struct SurfacePoint {
     /// Unit coordinates.
     pub position: Vec3,

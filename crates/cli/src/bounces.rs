@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::time::Instant;
 
 use clap::Args;
+use halflight_team::deadline_after;
 use serde::Serialize;
 
 use crate::console::Console;
@@ -15,7 +16,6 @@ use crate::options::layers::PerEmitter;
 use crate::options::points::{Points, Sensors};
 use crate::pictures::{Files, Modes};
 use halflight::Solver;
-use halflight::error::deadline::deadline_after;
 use halflight::gather::{GatherPass, GatherSampling, Gathering};
 use halflight::light::budget::CAMERA;
 use halflight::light::{Mode, Transport};

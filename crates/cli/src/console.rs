@@ -4,10 +4,10 @@ use std::io;
 use std::io::{IsTerminal, Write as _, stderr, stdout};
 use std::sync::Mutex;
 
+use halflight_team as team;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::error::CliError;
-use halflight::light::team;
 use halflight::pictures::WriteError;
 use halflight::render::Watch;
 

@@ -40,6 +40,7 @@ use std::thread::sleep;
 use std::time::Duration;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use halflight_team as team;
 use serde::Serialize;
 
 use crate::bounces::Bounces;
@@ -56,7 +57,6 @@ use crate::relight::Relight;
 use crate::render::Render;
 use crate::studies::{Chart, Compare};
 use crate::trace::Trace;
-use halflight::light::team;
 use halflight::pictures::abandon_files;
 use halflight::scene::{Scene, builtin};
 

@@ -11,12 +11,12 @@
 use std::time::Instant;
 
 use glam::{DVec3, Vec3};
+use halflight_team::{Loop, agree};
 
 use crate::lights::Emitters;
 use crate::path::{KEPT, NextEvent, Space};
 use crate::random::Random;
 use crate::surfaces::Surfaces;
-use halflight::light::team;
 use halflight::light::{Rgb, Transport};
 use halflight::pictures::{Picture, Size};
 use halflight::rays::{Hit, Ray, Rays};
@@ -196,7 +196,7 @@ impl<'a> Tracer<'a> {
             }
             counts
         };
-        let counts = team::share(this.height, |_| 1.0).change(&mut rows, |y| y, Vec::new, sample);
+        let counts = Loop::each(this.height).change(&mut rows, Vec::new, sample);
         self.pixels = rows.concat();
         self.samples += u64::from(samples);
         counts.iter().for_each(|own| self.counts.add(own));
@@ -217,7 +217,7 @@ impl<'a> Tracer<'a> {
         while remaining > 0 {
             self.pass(remaining.min(pass));
             remaining -= remaining.min(pass);
-            let then = team::agree(|| clock.elapsed().as_secs_f64());
+            let then = agree(|| clock.elapsed().as_secs_f64());
             longest = longest.max(then - now);
             now = then;
             if !goes_on(self, now) || now + longest > seconds {

@@ -4,8 +4,9 @@
 //! in double precision first; the rows with pairs of too many facets, or whose quadrature was stopped, by rays. Where
 //! there is a sky, each row ends with the share of rays that leave the scene, found by rays.
 
+use halflight_team::Loop;
+
 use halflight::form_factors::{Bodies, Estimate, Method, Sampler, Tolerance};
-use halflight::light::team;
 use halflight::rays::Rays;
 use halflight::render::Watch;
 use halflight::scene::Scene;
@@ -118,13 +119,13 @@ pub fn factors(scene: &Scene, tau: &[f32], settings: &FactorSettings, watch: &dy
     let (n, columns) = (scene.solid_objects(), scene.objects.len());
     let bodies = Bodies::new(scene, tau);
     watch.begin("form factors", (n * columns) as u64);
-    let pair = |(): &mut (), k: usize| {
+    let pair = |k: usize| {
         let (from, to) = (k / columns, k % columns);
         let found = if to < n { bodies.factor(from, to, &tolerance, WORK / (n * n)) } else { None };
         watch.tick(1);
         found
     };
-    let exact: Vec<Option<(Estimate, Method)>> = team::share(n * columns, |_| 1.0).map(|| (), pair);
+    let exact: Vec<Option<(Estimate, Method)>> = Loop::each(n * columns).map(pair);
     let most = f64::from(RAYS.1);
     let missing: Vec<bool> = exact
         .iter()

@@ -11,12 +11,12 @@
 //! are replaced by boxes.
 
 use glam::DVec3;
+use halflight_team::Loop;
 
 use crate::direct::Luminaires;
 use crate::direct::emitters::luminaire::Luminaire;
 use crate::form_factors::hull::apart;
 use crate::form_factors::shadow::Caster;
-use crate::light::team;
 use crate::patches::Patches;
 use crate::rays::{Rays, Side};
 use crate::scene::{Bounds, Scene};
@@ -152,7 +152,7 @@ impl Shafts {
             return Shafts::default();
         }
         let lamps: Vec<(Body, usize)> = luminaires.list.iter().map(|l| (luminaire_body(l), most_faces(l))).collect();
-        let list = |(): &mut (), i: usize| -> Vec<Option<Vec<u32>>> {
+        let list = |i: usize| -> Vec<Option<Vec<u32>>> {
             if !receives[i] {
                 return vec![Some(Vec::new()); count];
             }
@@ -160,7 +160,7 @@ impl Shafts {
             let one = |(lamp, most): &(Body, usize)| between(patch.as_ref()?, lamp, *most, &casters);
             lamps.iter().map(one).collect()
         };
-        let of_patches = team::share(patches.len(), |i| f64::from(u8::from(receives[i]))).map(|| (), list);
+        let of_patches = Loop::weighed(patches.len(), |i| f64::from(u8::from(receives[i]))).map(list);
         let lists: Vec<Option<Vec<u32>>> = of_patches.into_iter().flatten().collect();
         let mut shafts = Shafts {
             luminaires: count,

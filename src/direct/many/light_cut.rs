@@ -11,6 +11,7 @@
 //! culled, and only nodes far from the patch count as visible.
 
 use glam::{DVec3, Vec2};
+use halflight_team::Loop;
 
 use crate::direct::Luminaires;
 use crate::direct::emitters::occlusion::Occlusion;
@@ -18,7 +19,6 @@ use crate::direct::emitters::shafts::{Body, Shaft, most_faces, patch_body};
 use crate::direct::many::light_tree::{Facing, LightTree, Node, draw};
 use crate::form_factors::chebyshev::{Rectangle, Tiles};
 use crate::form_factors::shadow::Caster;
-use crate::light::team;
 use crate::patches::Patches;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::{Hit, Rays};
@@ -40,7 +40,7 @@ pub struct LightCuts {
 }
 
 /// A cut through the tree of luminaires for one patch.
-#[derive(Debug, Default, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Default)]
 pub(crate) struct LightCut {
     /// Visible nodes, and the expected shares of sampled ones.
     pub seen: Vec<Seen>,
@@ -57,7 +57,7 @@ pub(crate) struct LightCut {
 }
 
 /// A node with its visible share.
-#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Seen {
     pub node: usize,
     pub share: f64,
@@ -88,7 +88,7 @@ impl LightCuts {
             walk.visit(tree.root(), &among);
             finish(walk, inputs, i, hits)
         };
-        let cuts = team::share(inputs.patches.len(), |i| f64::from(u8::from(receives[i]))).map(Vec::new, cut);
+        let cuts = Loop::weighed(inputs.patches.len(), |i| f64::from(u8::from(receives[i]))).map_init(Vec::new, cut);
         LightCuts { emitter: inputs.emitter, tree, cuts }
     }
 
@@ -399,7 +399,7 @@ const TRIALS: u32 = 8;
 const DRAWS: f64 = 16.0;
 
 /// A node to draw from.
-#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Chance {
     pub node: usize,
     /// The probability of it and those before it.

@@ -21,14 +21,13 @@
 use std::time::Instant;
 
 use glam::DVec3;
+use halflight_team::{Loop, is_over};
 use rayon::prelude::*;
 
-use crate::error::deadline::is_over;
 use crate::form_factors::Progress;
 use crate::gather::pixels::camera_rays::{CameraRays, PixelScratch};
 use crate::gather::pixels::pixel::Pixel;
 use crate::gather::pixels::small_faces::find_small_faces;
-use crate::light::team;
 
 /// The variance of a pixel with an edge falls as this power of its rays, which are scrambled nets.
 pub(crate) const EDGES: f64 = 1.5;
@@ -66,7 +65,7 @@ pub(crate) fn sample_pixels(camera_rays: &CameraRays, plan: &Plan, tick: Progres
             tick(1);
         }
     };
-    team::share(pixels.len(), |_| 1.0).change(&mut pixels, |k| k, || camera_rays.scratch(), first);
+    Loop::each(pixels.len()).change(&mut pixels, || camera_rays.scratch(), first);
     // An error over no pixel would be none at all.
     let shows_luminaires_only = pixels.iter().all(|pixel| pixel.weight() == 0.0);
     pixels.iter_mut().for_each(|pixel| pixel.counts_emission = shows_luminaires_only);
@@ -194,14 +193,16 @@ fn resample(camera_rays: &CameraRays, pixels: &mut [Pixel], few: &[u32]) {
 /// Casts rays of some pixels until each half has as many as `count` says, by doubling: the points of such parts of a
 /// net are well spread.
 fn extend(camera_rays: &CameraRays, pixels: &mut [Pixel], some: &[u32], count: impl Fn(&Pixel) -> u32 + Sync) {
-    let share = team::share(some.len(), |i| f64::from(count(&pixels[some[i] as usize])));
+    let mut chosen: Vec<Pixel> = some.iter().map(|&k| std::mem::take(&mut pixels[k as usize])).collect();
     let extend = |scratch: &mut PixelScratch, i: usize, pixel: &mut Pixel| {
         let count = count(pixel);
         while pixel.count < count {
             camera_rays.extend(some[i] as usize, pixel, 2 * pixel.count, scratch);
         }
     };
-    share.change(pixels, |i| some[i] as usize, || camera_rays.scratch(), extend);
+    let costs: Vec<u32> = chosen.iter().map(&count).collect();
+    Loop::weighed(some.len(), |i| f64::from(costs[i])).change(&mut chosen, || camera_rays.scratch(), extend);
+    some.iter().zip(chosen).for_each(|(&k, pixel)| pixels[k as usize] = pixel);
 }
 
 /// The pixels to double, in order: best gain for the price first, until the noise is predicted to be as requested.

@@ -16,7 +16,7 @@ use crate::gather::pixels::pixel_texture::PixelTexture;
 use crate::surfaces::SurfacePoint;
 
 /// Sums over the camera rays of one pixel.
-#[derive(Default, serde::Serialize, serde::Deserialize)]
+#[derive(Default)]
 pub(crate) struct Pixel {
     /// Camera rays of each half.
     pub count: u32,
@@ -34,7 +34,7 @@ pub(crate) struct Pixel {
 }
 
 /// What the camera rays of a pixel met.
-#[derive(Default, serde::Serialize, serde::Deserialize)]
+#[derive(Default)]
 pub(crate) struct Met {
     /// Camera rays that met light as emitted.
     pub emitting: u32,
@@ -48,7 +48,7 @@ pub(crate) struct Met {
     pub partly_hidden: u64,
     /// Distances from the camera of the nearest and of the farthest point met, infinite where one met nothing; none
     /// before the first.
-    reach: Option<[f32; 2]>,
+    pub reach: Option<[f32; 2]>,
 }
 
 /// The sums of a pixel at some moment.
@@ -185,7 +185,7 @@ impl Pixel {
 const CHANCE: f64 = 4.0;
 
 /// A face within a pixel, or the part of one.
-#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct SmallFace {
     /// Share of the pixel that it covers.
     pub share: f64,

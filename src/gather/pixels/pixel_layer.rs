@@ -18,7 +18,7 @@ const FLAT: f32 = 0.1;
 const ORIGINS: usize = 16;
 
 /// What camera rays of one surface agree in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct SurfaceKey {
     /// The plane of the face.
     pub plane: u32,
@@ -27,20 +27,20 @@ pub(crate) struct SurfaceKey {
 }
 
 /// A surface as one pixel sees it.
-#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug)]
 pub(crate) struct Layer {
     /// Plane, side and material.
-    key: SurfaceKey,
+    pub key: SurfaceKey,
     /// The first point seen, with the normal of the side seen.
     pub first: SurfacePoint,
     /// Number of camera rays of each half.
     pub count: [u32; 2],
     /// Sums of the points seen.
-    sum: [DVec3; 2],
+    pub sum: [DVec3; 2],
     /// Sums of the reflectance of the points seen.
-    reflected: [DVec3; 2],
+    pub reflected: [DVec3; 2],
     /// The first points seen by each half.
-    origins: [Vec<SurfacePoint>; 2],
+    pub origins: [Vec<SurfacePoint>; 2],
 }
 
 impl Layer {

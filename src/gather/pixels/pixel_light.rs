@@ -5,7 +5,7 @@
 use glam::DVec3;
 
 /// Sums of light over the camera rays of a pixel, of each half.
-#[derive(Default, serde::Serialize, serde::Deserialize)]
+#[derive(Default)]
 pub(crate) struct PixelLight {
     /// Light as emitted.
     pub emitted: [DVec3; 2],

@@ -5,22 +5,22 @@
 use glam::DVec3;
 
 /// What the variance of a pixel rests on, and how it went from round to round; channels added but where they are kept.
-#[derive(Default, serde::Serialize, serde::Deserialize)]
+#[derive(Default)]
 pub(crate) struct PixelNoise {
-    basis: Basis,
+    pub basis: Basis,
     /// The variance when that was last noted.
     pub differed: f64,
     /// The variance predicted before the last rays were cast, independent of them.
     pub predicted: f64,
     /// Camera rays of each half when the variance was last noted; 0 before the first time.
-    noted: u32,
+    pub noted: u32,
     /// Whether a face smaller than the pixel may explain the variance last noted.
     pub is_explained: bool,
 }
 
 /// What the variance of a pixel rests on.
-#[derive(Default, serde::Serialize, serde::Deserialize)]
-enum Basis {
+#[derive(Default)]
+pub(crate) enum Basis {
     /// All its rays: it was neither resampled nor chosen.
     #[default]
     AllRays,

@@ -53,7 +53,7 @@ pub(crate) struct SeenPoint {
 }
 
 /// The texture of one pixel, as far as its camera rays show.
-#[derive(Debug, Default, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Default)]
 pub(crate) enum PixelTexture {
     /// No camera ray was cast yet.
     #[default]
@@ -65,19 +65,19 @@ pub(crate) enum PixelTexture {
 }
 
 /// A pixel on a plane surface with a texture.
-#[derive(Debug, serde::Serialize, serde::Deserialize)]
+#[derive(Debug)]
 pub(crate) struct Footprint {
-    key: SurfaceKey,
+    pub key: SurfaceKey,
     /// A face of the surface; its texture goes on beyond its edges.
-    face: u32,
+    pub face: u32,
     /// Mean reflectance over the pixel.
-    rho: DVec3,
+    pub rho: DVec3,
     /// How long the pixel is in coordinates of the texture.
-    extent: f64,
+    pub extent: f64,
 }
 
 /// Adjusted reflectance of points, `factor * rho + offset`.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Adjusted {
     factor: DVec3,
     offset: DVec3,
@@ -193,7 +193,7 @@ const UNEVEN: f64 = 1.01;
 const LEAST_CELLS: u32 = 4;
 
 /// The square cells of a pixel, one for each camera ray.
-#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug)]
 pub(crate) struct PixelCells {
     /// Cells to a side.
     number: u32,
@@ -202,7 +202,7 @@ pub(crate) struct PixelCells {
 }
 
 /// What the rays through a cell see.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Shown {
     Nothing,
     /// The surface of this number.

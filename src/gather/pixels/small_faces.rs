@@ -17,9 +17,10 @@
 //!
 //! Not handled: faces wider than a pixel; small bright spots on them ([`crate::gather::pixels::adaptive_sampling`]).
 
+use halflight_team::Loop;
+
 use crate::gather::pixels::camera_rays::{CameraRays, PixelScratch};
 use crate::gather::pixels::pixel::{Pixel, SmallFace};
-use crate::light::team;
 use crate::rays::Side;
 use crate::reading::view::View;
 use crate::scene::Bounds;
@@ -43,7 +44,7 @@ pub(crate) fn find_small_faces(camera_rays: &CameraRays, pixels: &mut [Pixel]) {
         thin.flat_map(of_face).collect()
     };
     let faces = camera_rays.view.scene.solid_faces() as usize;
-    let parts = team::share(faces, |_| 1.0).map(|| camera_rays.scratch(), one);
+    let parts = Loop::each(faces).map_init(|| camera_rays.scratch(), one);
     for (k, face) in parts.into_iter().flatten() {
         pixels[k].small_faces.push(face);
     }

@@ -19,6 +19,7 @@
 //! Not handled: errors in fewer layers than are likely to be drawn.
 
 use glam::DVec3;
+use halflight_team::Loop;
 
 use crate::error::SquaredError;
 use crate::error::halves::Halves;
@@ -26,7 +27,6 @@ use crate::gather::pixels::pixel::Pixel;
 use crate::gather::records::irradiance_cache::{Fitted, IrradianceCache, OwnRecord};
 use crate::gather::records::pixel_lattice::skewed;
 use crate::gather::records::record::{Record, Site};
-use crate::light::team;
 use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Stream, hash};
 
@@ -144,7 +144,6 @@ fn drawn(chances: &[f64], count: f64, offset: f64) -> Vec<Draw> {
 const LAYERS: usize = 16_384;
 
 /// A layer of a pixel, as one of [`layer_fits`].
-#[derive(serde::Serialize, serde::Deserialize)]
 pub(crate) struct LayerFit {
     pub pixel: usize,
     pub layer: usize,
@@ -173,7 +172,7 @@ fn layer_fits(cache: &IrradianceCache, pixels: &[Pixel], turn: u32, stride: usiz
         let fits = (0..pixels[k].layers.len()).filter(|&l| !matches!(cache.layers.of(k, l), OwnRecord::Alone(_)));
         fits.map(|l| layer_fit(cache, fitted, &pixels[k], [k, l])).collect()
     };
-    team::share(pixels.len(), |_| 1.0).map(Fitted::default, of_pixel).into_iter().flatten().collect()
+    Loop::each(pixels.len()).map_init(Fitted::default, of_pixel).into_iter().flatten().collect()
 }
 
 /// One in so many pixels is evaluated: errors larger than a few pixels show in some of them.

@@ -25,10 +25,10 @@ use std::collections::HashMap;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 use glam::{DVec3, Vec3};
+use halflight_team::Loop;
 use rayon::prelude::*;
 
 use crate::light::Rgb;
-use crate::light::team;
 use crate::rays::FAN;
 
 /// Rays that a density is made of at least: one for every four cells.
@@ -62,12 +62,11 @@ struct CellStatistics {
 }
 
 /// What rays through one cell found.
-#[derive(serde::Serialize, serde::Deserialize)]
-struct CellSums {
-    cell: u8,
-    sums: [u64; 3],
-    squares: u64,
-    count: u32,
+pub(crate) struct CellSums {
+    pub cell: u8,
+    pub sums: [u64; 3],
+    pub squares: u64,
+    pub count: u32,
 }
 
 impl CellStatistics {
@@ -176,7 +175,7 @@ pub(crate) struct GuidingField {
 /// What rays of one place found, and the density that later ones follow.
 pub(crate) struct GuidedPlace {
     statistics: CellStatistics,
-    /// What rays of this process found and others do not know yet; none where it is alone.
+    /// What rays of this process found and others do not know yet; none where it has cast all.
     news: Option<Box<CellStatistics>>,
     density: Option<Box<GuidingDensity>>,
     /// Rays that the density was made of.
@@ -186,9 +185,7 @@ pub(crate) struct GuidedPlace {
 impl GuidedPlace {
     /// Nothing found yet; `brightest` is the length of the light that all is counted in.
     pub fn none(brightest: f64) -> GuidedPlace {
-        let none = || CellStatistics::none(brightest as f32);
-        let news = (!team::is_alone()).then(|| Box::new(none()));
-        GuidedPlace { statistics: none(), news, density: None, rays: 0.0 }
+        GuidedPlace { statistics: CellStatistics::none(brightest as f32), news: None, density: None, rays: 0.0 }
     }
 
     /// The density to follow, and where rays are recorded.
@@ -235,22 +232,26 @@ impl GuidingField {
         number
     }
 
-    /// Makes densities anew from what rays have found, where those have become more.
-    pub fn update(&mut self) {
-        self.places.par_iter_mut().for_each(GuidedPlace::update);
+    /// Makes densities anew from what rays have found, where those have become more, and is ready for the rays of a
+    /// loop.
+    pub fn update(&mut self, casts: &Loop) {
+        let (is_shared, brightest) = (!casts.is_everyone(), self.brightest as f32);
+        self.places.par_iter_mut().for_each(|place| {
+            place.update();
+            if is_shared {
+                place.news.get_or_insert_with(|| Box::new(CellStatistics::none(brightest)));
+            }
+        });
     }
 
-    /// Tells all processes what the rays of each have found.
-    pub fn gather(&mut self) {
-        if team::is_alone() {
-            return;
-        }
+    /// Takes in what the rays of a loop have found.
+    pub fn gather(&mut self, casts: &Loop) {
         let news = |(k, place): (usize, &mut GuidedPlace)| {
             let own = place.news.as_mut()?.take();
             (!own.is_empty()).then_some((k, own))
         };
         let own: Vec<(usize, Vec<CellSums>)> = self.places.par_iter_mut().enumerate().filter_map(news).collect();
-        for (k, more) in team::all(own).into_iter().flatten() {
+        for (k, more) in casts.all(own).into_iter().flatten() {
             self.places[k].statistics.add(&more);
         }
     }
@@ -442,7 +443,7 @@ mod tests {
             let speckle = f64::from(u32::from(k % 2 == 0));
             field.of(number).record(cell, DVec3::splat(light(cell) * speckle));
         }
-        field.update();
+        field.update(&Loop::everyone(0));
         let at = |k: usize| (k as f32 + 0.5) / FAN as f32;
         let mut there = 0.0;
         for row in 0..FAN {

@@ -3,6 +3,7 @@
 //! Not handled: where to place records and how many rays they get ([`crate::gather::records::record_rounds`]).
 
 use glam::DVec3;
+use halflight_team::Loop;
 
 use crate::error::halves::Halves;
 use crate::gather::gathered::{GatherError, Gathered, GatheredLayer};
@@ -12,7 +13,6 @@ use crate::gather::pixels::pixel::Pixel;
 use crate::gather::records::irradiance_cache::{Fitted, IrradianceCache, RecordedLight};
 use crate::gather::records::pixel_lattice::skewed;
 use crate::light::Rgb;
-use crate::light::team;
 use crate::pictures::Picture;
 use crate::reading::patch_light::{FieldLayers, Fields, to_whole};
 use crate::reading::view::View;
@@ -28,18 +28,18 @@ pub(crate) struct IndirectLight {
 }
 
 /// Indirect light of one pixel.
-#[derive(Default, serde::Serialize, serde::Deserialize)]
-struct PixelIndirect {
+#[derive(Default)]
+pub(crate) struct PixelIndirect {
     /// Every field's light.
-    fields: Vec<Rgb>,
+    pub fields: Vec<Rgb>,
     /// Of the sum of the picture fields.
-    variance: DVec3,
+    pub variance: DVec3,
     /// Product of the two halves of every auxiliary field, channels added: no bias by noise.
-    auxiliary: Vec<f64>,
+    pub auxiliary: Vec<f64>,
     /// Both halves of the layers of the picture, each set of which adds up to it.
-    layers: Vec<[DVec3; 2]>,
+    pub layers: Vec<[DVec3; 2]>,
     /// What each half of the camera rays reflects, sums over them.
-    ambient: [DVec3; 2],
+    pub ambient: [DVec3; 2],
 }
 
 impl IndirectLight {
@@ -50,7 +50,7 @@ impl IndirectLight {
             let chosen = skewed(k, width) % step == step / 2;
             if chosen { indirect(k, &pixels[k], cache, fitted) } else { PixelIndirect::default() }
         };
-        let pixels = team::share(pixels.len(), |_| 1.0).map(Fitted::default, reflected);
+        let pixels = Loop::each(pixels.len()).map_init(Fitted::default, reflected);
         IndirectLight { pixels, picture_fields: cache.light.picture_fields, misfit: 0.0 }
     }
 
@@ -81,7 +81,7 @@ impl IndirectLight {
                 let k = extended[i] as usize;
                 indirect(k, &pixels[k], cache, fitted)
             };
-            let light = team::share(extended.len(), |_| 1.0).map(Fitted::default, again);
+            let light = Loop::each(extended.len()).map_init(Fitted::default, again);
             for (&k, light) in extended.iter().zip(light) {
                 pixels[k as usize].light.ambient = light.ambient;
                 self.pixels[k as usize] = light;

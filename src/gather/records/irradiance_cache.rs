@@ -9,6 +9,7 @@
 //! Not handled: surfaces first seen after the records were placed; they take the nearest record.
 
 use glam::DVec3;
+use halflight_team::Loop;
 
 use crate::gather::pixels::camera_rays::CameraRays;
 use crate::gather::pixels::pixel::Pixel;
@@ -17,7 +18,6 @@ use crate::gather::records::final_gather::FinalGather;
 use crate::gather::records::interpolation::{Fit, Support};
 use crate::gather::records::pixel_lattice::Lattice;
 use crate::gather::records::record::{Record, RecordCaster, Site};
-use crate::light::team;
 use crate::rays::sobol::hash;
 
 /// A place is covered where the fit leaves at most this share of a record's variance: some four records around it.
@@ -88,7 +88,7 @@ impl<'a> IrradianceCache<'a> {
         loop {
             let own: Vec<usize> = self.light.lattice.pixels(spacing).collect();
             let of_pixel = |fit: &mut Fit, i: usize| self.uncovered(fit, own[i], &pixels[own[i]]);
-            let uncovered: Vec<Vec<(usize, usize)>> = team::share(own.len(), |_| 1.0).map(Fit::default, of_pixel);
+            let uncovered: Vec<Vec<(usize, usize)>> = Loop::each(own.len()).map_init(Fit::default, of_pixel);
             let uncovered: Vec<(usize, usize)> = uncovered.into_iter().flatten().collect();
             let first = self.records.len();
             for &(k, l) in &uncovered {

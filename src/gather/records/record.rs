@@ -6,12 +6,12 @@
 //! Not handled: where records are, and the light between them ([`crate::gather::records::irradiance_cache`]).
 
 use glam::DVec3;
+use halflight_team::Loop;
 
 use crate::gather::pixels::camera_rays::CameraRays;
 use crate::gather::pixels::pixel_layer::{Layer, Place};
 use crate::gather::records::final_gather::{FinalGather, HemisphereRays};
 use crate::gather::records::guiding::{Guiding, GuidingField};
-use crate::light::team;
 use crate::rays::purpose::Purpose;
 use crate::reading::reflection::Memory;
 use crate::surfaces::SurfacePoint;
@@ -26,7 +26,7 @@ const EACH: u32 = 4;
 const CAMERA_RAYS: u32 = 4;
 
 /// The pixel, lattice and random numbers of a record.
-#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Site {
     /// The pixel that sees its surface.
     pub pixel: usize,
@@ -46,22 +46,21 @@ struct Casting<'a> {
 }
 
 /// One irradiance record.
-#[derive(serde::Serialize, serde::Deserialize)]
 pub(crate) struct Record {
     /// Its `camera_count` includes camera rays cast for more origins.
     pub site: Site,
     /// The surface; rays start where its camera rays met it.
-    layer: Layer,
+    pub layer: Layer,
     /// The number of its guiding density.
-    density: u32,
+    pub density: u32,
     /// Distance from the camera.
     pub distance: f64,
     /// Rays of each half cast so far.
     pub rays: u32,
     /// Sum over the rays of their inverse lengths.
-    nearness: f64,
+    pub nearness: f64,
     /// Sums over the rays of each half, field by field.
-    sums: [Vec<DVec3>; 2],
+    pub sums: [Vec<DVec3>; 2],
 }
 
 impl Record {
@@ -191,18 +190,18 @@ impl<'a> RecordCaster<'a> {
 
     /// Casts rays from records until each half has as many as `wanted` says of each of them.
     pub fn extend(&mut self, records: &mut [Record], wanted: impl Fn(usize) -> u32 + Sync) {
+        let shared = Loop::weighed(records.len(), |i| f64::from(wanted(i).saturating_sub(records[i].rays)));
         if let Some(guiding) = &mut self.guiding {
-            guiding.update();
+            guiding.update(&shared);
         }
         let (camera_rays, final_gather, guiding) = (self.camera_rays, self.final_gather, self.guiding.as_ref());
-        let share = team::share(records.len(), |i| f64::from(wanted(i).saturating_sub(records[i].rays)));
         let cast = |memory: &mut Memory, i: usize, record: &mut Record| {
             let guiding = guiding.map_or(Guiding::NONE, |g| g.of(record.density));
             record.extend(&Casting { camera_rays, final_gather, guiding }, wanted(i), memory)
         };
-        let added = share.change(records, |i| i, Memory::default, cast);
+        let added = shared.change(records, Memory::default, cast);
         if let Some(guiding) = &mut self.guiding {
-            guiding.gather();
+            guiding.gather(&shared);
         }
         self.cast += added.into_iter().sum::<u64>();
     }

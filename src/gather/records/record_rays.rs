@@ -2,13 +2,13 @@
 //!
 //! Not handled: bias, which shorter valid radii lessen ([`crate::gather::records::record_rounds`]).
 
+use halflight_team::Loop;
 use rayon::prelude::*;
 
 use crate::error::halves::Halves;
 use crate::gather::pixels::pixel::Pixel;
 use crate::gather::records::interpolation::Fit;
 use crate::gather::records::irradiance_cache::IrradianceCache;
-use crate::light::team;
 
 /// Rays of a half at most.
 const MOST_RAYS: f64 = 16_384.0;
@@ -22,7 +22,7 @@ const GROWTH: [f64; 2] = [1.1, 8.0];
 const HALVINGS: usize = 24;
 
 /// The rays of a record, and what they leave of the variance of the picture.
-#[derive(Clone, Copy, Debug, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug)]
 struct Share {
     /// Of each half.
     rays: f64,
@@ -66,7 +66,7 @@ fn shares(cache: &IrradianceCache, pixels: &[Pixel]) -> Vec<Share> {
     let count = 0..cache.records.len();
     let variances: Vec<f64> = count.clone().into_par_iter().map(one).collect();
     let uses = uses(cache, pixels);
-    let share = |(): &mut (), i: usize| {
+    let variance = |i: usize| {
         let own = &cache.records[i];
         let at = &cache.light.supports[i].place;
         let near = NEAR * own.site.spacing as f64 * cache.density.pixel * own.distance;
@@ -79,17 +79,17 @@ fn shares(cache: &IrradianceCache, pixels: &[Pixel]) -> Vec<Share> {
                 number += 1.0;
             }
         });
-        let rays = f64::from(own.rays);
-        Share { rays, variance: uses[i] * sum / (number * rays) }
+        uses[i] * sum / (number * f64::from(own.rays))
     };
-    team::share(count.len(), |_| 1.0).map(|| (), share)
+    let parts = Loop::each(count.len()).map(variance).into_iter().zip(&cache.records);
+    parts.map(|(variance, own)| Share { rays: f64::from(own.rays), variance }).collect()
 }
 
 /// The derivative of the picture's variance by that of each record: the sum over the pixels of its squared
 /// coefficients there, times their squared reflectance.
 fn uses(cache: &IrradianceCache, pixels: &[Pixel]) -> Vec<f64> {
     let of_pixel = |fit: &mut Fit, k: usize| coefficients(cache, fit, k, &pixels[k]);
-    let each: Vec<Vec<(u32, f64)>> = team::share(pixels.len(), |_| 1.0).map(Fit::default, of_pixel);
+    let each: Vec<Vec<(u32, f64)>> = Loop::each(pixels.len()).map_init(Fit::default, of_pixel);
     let mut uses = vec![0.0; cache.records.len()];
     // In order: the sum is the same for any number of threads.
     for (pixel, coefficients) in pixels.iter().zip(each) {

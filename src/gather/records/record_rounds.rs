@@ -9,7 +9,8 @@
 
 use std::time::Instant;
 
-use crate::error::deadline::{is_over, would_be_over};
+use halflight_team::{is_over, would_be_over};
+
 use crate::gather::pixels::adaptive_sampling::{Measured, Plan, measure};
 use crate::gather::pixels::pixel::Pixel;
 use crate::gather::records::fit_error::{part, validate};

@@ -13,7 +13,8 @@
 
 use std::time::Instant;
 
-use crate::error::deadline::would_be_over;
+use halflight_team::would_be_over;
+
 use crate::error::{ImportancePaths, add_samples_of_bright};
 use crate::light::budget::DIVIDED_FORM_FACTORS;
 use crate::patches::Sample;

@@ -10,10 +10,11 @@ use std::str::FromStr;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
+use halflight_team as team;
 
 use crate::console::Console;
 use crate::error::CliError;
-use halflight::light::{Mode, Transport, team};
+use halflight::light::{Mode, Transport};
 use halflight::pictures::{Exposure, Size};
 use halflight::render::{Fineness, Solver, check_pictures, usable_memory};
 use halflight::scene::{AddedLight, LoadOptions, Scene, Sides};

@@ -16,12 +16,13 @@ use crate::matrix_market::write_matrix_market;
 use crate::mesh::{CellData, PatchMesh};
 use crate::scene_bytes::scene_to_bytes;
 use halflight::form_factors::{FormFactors, Sampling};
-use halflight::light::{Rgb, Transport, team};
+use halflight::light::{Rgb, Transport};
 use halflight::operator::Wanted;
 use halflight::patches::Patches;
 use halflight::pictures::{Exposure, NewFolder, WriteError, write_whole, write_whole_by};
 use halflight::render::{Discretization, PatchLight};
 use halflight::surfaces::Geometry;
+use halflight_team as team;
 
 /// Terms that are shown on the patches, each an array of its own; `terms.npy` has all.
 const SHOWN: usize = 16;

@@ -15,7 +15,6 @@ use std::path::{Path, PathBuf};
 use crate::kept::factors_file::{read_factors, write_factors};
 use crate::kept::identity::sum_of;
 use halflight::form_factors::{FormFactors, Rows, Variant, cast_counts};
-use halflight::light::team;
 use halflight::operator::Wanted;
 use halflight::pictures::make_directory;
 
@@ -50,7 +49,7 @@ impl Pieces {
                 names.iter().map(|name| self.0.join(format!("{name}-{}-{}.npz", range.start, range.end))).collect();
             let read = || paths.iter().map(|path| read_piece(path, counts.len(), &range)).collect();
             // One of several processes may see files that the others do not yet.
-            let known: Option<Vec<Own>> = team::agree(read);
+            let known: Option<Vec<Own>> = halflight_team::agree(read);
             let own = known.unwrap_or_else(|| {
                 let (found, rays) = cast_some(wanted, &counts, &range);
                 cast += rays;

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use crate::light::team;
+use crate::members::agree;
 
 /// The moment so many seconds after a start; none (never) where the clock cannot represent it.
 pub fn deadline_after(start: Instant, seconds: f64) -> Option<Instant> {
@@ -10,11 +10,11 @@ pub fn deadline_after(start: Instant, seconds: f64) -> Option<Instant> {
 }
 
 /// Whether the time is over; never where there is no deadline.
-pub(crate) fn is_over(deadline: Option<Instant>) -> bool {
-    deadline.is_some_and(|end| team::agree(|| Instant::now() >= end))
+pub fn is_over(deadline: Option<Instant>) -> bool {
+    deadline.is_some_and(|end| agree(|| Instant::now() >= end))
 }
 
 /// Whether a step `times` as long as the one that began at `began` and ends now would end after the deadline.
-pub(crate) fn would_be_over(deadline: Option<Instant>, began: Instant, times: f64) -> bool {
-    deadline.is_some_and(|end| team::agree(|| Instant::now() + began.elapsed().mul_f64(times) > end))
+pub fn would_be_over(deadline: Option<Instant>, began: Instant, times: f64) -> bool {
+    deadline.is_some_and(|end| agree(|| Instant::now() + began.elapsed().mul_f64(times) > end))
 }

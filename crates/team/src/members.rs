@@ -1,15 +1,13 @@
 //! The processes there are, and what each of them has, handed to all.
 //!
-//! Not handled: who works on what of a loop ([`crate::light::team::share`]).
+//! Not handled: who works on what of a loop ([`Loop`](crate::Loop)).
 
 use std::sync::OnceLock;
 
-use serde::Serialize;
-use serde::de::DeserializeOwned;
-
-use crate::light::team::exchange::{Gathered, Team};
+use crate::exchange::Team;
 #[cfg(feature = "mpi")]
-use crate::light::team::processes;
+use crate::processes;
+use crate::travel::{Travels, read, write};
 
 static TEAM: OnceLock<Box<dyn Team>> = OnceLock::new();
 
@@ -84,22 +82,30 @@ pub fn abort_others(code: u8) {
 
 /// A value that every process is to go on with: what the first of them finds. For what they may see differently, such
 /// as clocks and files.
-pub fn agree<T: Serialize + DeserializeOwned>(find: impl FnOnce() -> T) -> T {
-    match team() {
-        None => find(),
-        Some(team) => {
-            let own = if team.rank() == 0 { encode(&find()) } else { Vec::new() };
-            decode_of(&team.gather(&own), 0)
-        }
+pub fn agree<T: Travels>(find: impl FnOnce() -> T) -> T {
+    let Some(team) = team() else { return find() };
+    let mut own = Vec::new();
+    if team.rank() == 0 {
+        write(&find(), &mut own);
     }
+    read(&mut &team.gather(&own).bytes[..])
 }
 
 /// What every process has, in the order of their ranks.
-pub fn all<T: Serialize + DeserializeOwned>(own: T) -> Vec<T> {
-    match team() {
-        None => vec![own],
-        Some(team) => team.gather(&encode(&own)).of_ranks().map(decode).collect(),
-    }
+pub fn all<T: Travels>(own: T) -> Vec<T> {
+    let Some(team) = team() else { return vec![own] };
+    let mut message = Vec::new();
+    write(&own, &mut message);
+    team.gather(&message).of_ranks().map(|mut message| read(&mut message)).collect()
+}
+
+/// What this process may use of so much that its machine has, in the units of that; the least of all processes, of which
+/// those of one machine have the same share.
+pub fn part_of_machine(has: f64) -> f64 {
+    let name = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
+    let all = all((name, has));
+    let beside = |name: &str| all.iter().filter(|(other, _)| other == name).count() as f64;
+    all.iter().map(|(name, has)| has / beside(name)).fold(f64::INFINITY, f64::min)
 }
 
 /// How many processes there are.
@@ -115,44 +121,6 @@ pub fn strangers() -> Option<usize> {
     number("SLURM_STEP_NUM_TASKS").filter(|&count| is_first && count > 1)
 }
 
-/// Hands the value k to rank k; returns what each has for this process, by rank.
-pub fn hand_out<T: Serialize + DeserializeOwned>(own: Vec<T>) -> Vec<T> {
-    let Some(team) = team() else { return own };
-    let bytes: Vec<Vec<u8>> = own.into_iter().map(|value| encode(&value)).collect();
-    team.hand_out(&bytes).iter().map(|bytes| decode(bytes)).collect()
-}
-
-/// The sum of what every process has.
-pub fn sum(own: u64) -> u64 {
-    all(own).iter().sum()
-}
-
-/// What one rank has handed in.
-fn decode_of<T: DeserializeOwned>(all: &Gathered, rank: usize) -> T {
-    all.of_ranks().nth(rank).map(decode).expect("one of the ranks")
-}
-
-#[cfg(feature = "mpi")]
-pub(super) fn encode<T: Serialize>(value: &T) -> Vec<u8> {
-    postcard::to_stdvec(value).expect("numbers, and lists of them")
-}
-
-#[cfg(feature = "mpi")]
-pub(super) fn decode<T: DeserializeOwned>(bytes: &[u8]) -> T {
-    postcard::from_bytes(bytes).expect("what another process of the same program made")
-}
-
-/// A process is alone without a library that connects it with others.
-#[cfg(not(feature = "mpi"))]
-pub(super) fn encode<T: Serialize>(_: &T) -> Vec<u8> {
-    Vec::new()
-}
-
-#[cfg(not(feature = "mpi"))]
-pub(super) fn decode<T: DeserializeOwned>(_: &[u8]) -> T {
-    unreachable!("a team needs the feature mpi")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -160,6 +128,6 @@ mod tests {
     #[test]
     fn alone_a_process_speaks_for_itself() {
         assert!(is_alone() && speaks() && agree(|| true) && all(5) == [5]);
-        assert_eq!((sum(2), hand_out(vec![7]), size()), (2, vec![7], 1));
+        assert_eq!((rank(), size(), part_of_machine(2.0)), (0, 1, 2.0));
     }
 }

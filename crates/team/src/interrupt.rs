@@ -1,8 +1,8 @@
 //! Work that can be ended from outside: a solve that a person waits for, and then no longer does.
 //!
-//! Rays, products with F and quadratures are what all work consists of, so each of them looks whether it is still
-//! wanted, which takes a load from memory that no one writes to. Where it is not, the stack is unwound, through the
-//! threads that work on it, to [`Interrupt::run`]. What is unwound has made no file and changed no scene or solver.
+//! What work consists of, such as rays, products with F and quadratures, looks whether it is still wanted
+//! ([`heed_interrupt`]), which takes a load from memory that no one writes to. Where it is not, the stack is unwound,
+//! through the threads that work on it, to [`Interrupt::run`].
 //!
 //! Work runs on threads of its own, and other work goes on: two solves at once are interrupted one by one. Worth: ends
 //! within some milliseconds where the time goes into rays. Not handled: reading files and building the hierarchy of
@@ -38,15 +38,15 @@ impl Drop for Request {
 /// A way to end work before it is done.
 ///
 /// ```
-/// use halflight::{Fineness, Interrupt, Mode, Scene, Solver};
+/// use halflight_team::{Interrupt, heed_interrupt};
 ///
 /// let interrupt = Interrupt::new();
 /// let other = interrupt.clone(); // for another thread
 /// other.request();
-/// let scene = Scene::open("cornell-box")?;
-/// let fineness = Fineness { patches: 100_000, rays: 1024 };
-/// let solved = interrupt.run(|| Solver::new(&scene).operator(Mode::Global, fineness))?;
-/// assert!(solved.is_none());
+/// let done = interrupt.run(|| loop {
+///     heed_interrupt();
+/// })?;
+/// assert_eq!(done, None::<()>);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, Default)]
@@ -92,7 +92,7 @@ impl Interrupt {
 
 /// Ends the work that this is called in, if that is requested.
 #[inline]
-pub(crate) fn heed_interrupt() {
+pub fn heed_interrupt() {
     if REQUESTS.load(Ordering::Relaxed) != 0 {
         end_own();
     }

@@ -1,6 +1,6 @@
 //! What processes that share one solve must be able to do: hand each other bytes and numbers.
 //!
-//! Not handled: what the bytes mean, and who works on what ([`crate::light::team`]).
+//! Not handled: what the bytes mean ([`crate::travel`]), and who works on what ([`crate::loops`]).
 
 /// The bytes of each process.
 pub struct Gathered {

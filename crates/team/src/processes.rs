@@ -14,7 +14,7 @@ use mpi::datatype::{Equivalence, Partition, PartitionMut};
 use mpi::environment::{Universe, initialize_with_threading};
 use mpi::topology::{Communicator, SimpleCommunicator};
 
-use crate::light::team::exchange::{Gathered, Team};
+use crate::exchange::{Gathered, Team};
 
 /// Bytes of all processes that are passed at once: MPI counts with 31 bits.
 const PIECE: usize = 1 << 30;
