@@ -124,7 +124,7 @@ mod tests {
     #[test]
     fn lamps_at_a_bound_leave_the_rest_to_the_others() {
         let lit = rows(&[[4.0, 2.0], [0.0, 1.0]]);
-        // x_1 = 1 at most, then (2 x_2 - 6)² + (x_2 - 0.1)² within 1; x_1 = 0 at least, then (2 x_2 + 3)² + (x_2 - 2.5)².
+        // Where x_1 is at a bound, x_2 is (2 (b_1 - 4 x_1) + b_2) / 5 within its own.
         assert_near(dimmed(&lit, &[10.0, 0.1]), &[1.0, 1.0]);
         assert_near(dimmed(&lit, &[4.4, 0.1]), &[1.0, 0.9 / 5.0]);
         assert_near(dimmed(&lit, &[-0.5, 2.5]), &[0.0, 1.5 / 5.0]);
