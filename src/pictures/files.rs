@@ -159,8 +159,8 @@ pub struct NamedPicture<P> {
     pub picture: P,
 }
 
-/// Writes a picture with layers: in one EXR file, or each in a file of its own beside it; returns the files. An EXR file
-/// has the picture in its channels R, G and B and each layer under its name, `lamp.desk.R` or `bounce.2.R`.
+/// Writes a picture with layers: in one EXR file, or each in a file of its own beside it; returns the files. An EXR
+/// file has the picture in its channels R, G and B and each layer under its name, `lamp.desk.R` or `bounce.2.R`.
 ///
 /// # Errors
 /// As [`write_picture`].

@@ -1,8 +1,8 @@
 //! How much memory K takes, from what a few rows of F show of all; how much there is; and the refusal where it would
 //! not do: what needs it, and what would fit.
 //!
-//! Rows of F are nearly all of it; their length is measured ([`crate::render::pilot`]). With n patches, e entries a row,
-//! v choices of tau and c casts held at once,
+//! Rows of F are nearly all of it; their length is measured ([`crate::render::pilot`]). With n patches, e entries a
+//! row, v choices of tau and c casts held at once,
 //!
 //! ```text
 //! n (16 e + ROW) v          rows while they are joined: once apart, once together, 8 bytes an entry

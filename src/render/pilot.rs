@@ -1,8 +1,8 @@
 //! A few rows of F, cast to see how much memory all of them take before K is put together.
 //!
-//! They are cast as all will be, with every column kept. The number of terms follows from the spectral radius, which the
-//! same rows estimate: where r is the share of light that a patch passes on, its mean over the rows weighted by r itself,
-//! for light stays where much of it is passed on. The tail bound `r^n / (1 - r)` then ends the series.
+//! They are cast as all will be, with every column kept. The number of terms follows from the spectral radius, which
+//! the same rows estimate: where r is the share of light that a patch passes on, its mean over the rows weighted by r
+//! itself, for light stays where much of it is passed on. The tail bound `r^n / (1 - r)` then ends the series.
 //!
 //! A search for a tolerance casts them once, for the patches that it begins with: what they show bounds what other
 //! patches and more rays take, and only where that bound does not fit are those measured themselves.

@@ -9,10 +9,9 @@ use std::io::{Write as _, stderr};
 use console::{Term, style};
 use miette::Diagnostic;
 
-use crate::advice::{self, Patches};
 use halflight::Rendered;
 use halflight::pictures::{ImageError, MetricError, WriteError};
-use halflight::render::{PictureUnfit, RenderError, Unfit};
+use halflight::render::{PictureUnfit, RenderError, Stored, Unfit};
 use halflight::scene::SceneError;
 use halflight::solve::{Diverges, Verdict};
 use halflight_explore::PageError;
@@ -22,6 +21,21 @@ use halflight_plot::ChartError;
 use halflight_plot::font::broken;
 use halflight_reference::Overflow;
 use halflight_study::compare::StudyError;
+
+/// What follows from a traced picture that overflows.
+const OVERFLOW: &str =
+    "--max-bounces N with a smaller N shows the first bounces; `halflight bounces` shows how they grow";
+
+/// Who chooses the number of patches whose rows of F do not fit.
+#[derive(Clone, Copy, Debug)]
+pub enum Patches {
+    /// It was requested.
+    Requested,
+    /// The verdicts of `compare` rest on them, and the time chooses.
+    Verdicts,
+    /// The ladders of `chart`.
+    Ladders,
+}
 
 /// Everything that can end a command early.
 #[derive(Debug, thiserror::Error, Diagnostic)]
@@ -111,10 +125,10 @@ impl CliError {
     /// What to do about it.
     fn advice(&self) -> Option<String> {
         match self {
-            CliError::Diverges(diverges) => Some(advice::divergence(diverges)),
-            CliError::Memory(unfit, patches) => Some(advice::memory(unfit, *patches)),
-            CliError::Pictures(unfit) => Some(advice::pictures(unfit)),
-            CliError::Overflow(_) => Some(advice::OVERFLOW.to_owned()),
+            CliError::Diverges(diverges) => Some(divergence_advice(diverges)),
+            CliError::Memory(unfit, patches) => Some(unfit_advice(unfit, *patches)),
+            CliError::Pictures(unfit) => Some(pictures_advice(unfit)),
+            CliError::Overflow(_) => Some(OVERFLOW.to_owned()),
             _ => self.help().map(|help| help.to_string()),
         }
     }
@@ -153,6 +167,66 @@ impl From<StudyError> for CliError {
             StudyError::Metric(e) => e.into(),
         }
     }
+}
+
+/// Why a problem takes as much memory, and what to try.
+fn unfit_advice(unfit: &Unfit, patches: Patches) -> String {
+    // A requested count is met within about a third.
+    let fewer = (unfit.fitting * 2 / 3).max(1);
+    let asked = format!("pass --patches {fewer} (a count asked for is met within about a third)");
+    let (why, remedy) = match unfit.stored {
+        Stored::Rows(entries) => {
+            let remedy = match patches {
+                Patches::Requested => format!("{asked}, fewer --rays, one --mode at a time"),
+                Patches::Verdicts => {
+                    "pass a --time below 2, whose verdicts rest on a quarter of the patches".to_owned()
+                }
+                Patches::Ladders => "pass one --mode at a time, a scene of fewer faces".to_owned(),
+            };
+            let why = format!(
+                "K stores one row of F for each patch, here of {entries:.0} entries for each choice of tau, so memory grows \
+                 with the patches times the patches that each of them sees"
+            );
+            (why, remedy)
+        }
+        Stored::Crossings(each) => {
+            let why = format!(
+                "F^tau for every tau comes from one cast of rays, all of whose crossings are kept, here {each:.0} for \
+                 each patch, so memory grows with the patches times the rays of each times the surfaces one behind another"
+            );
+            (why, format!("{asked}, fewer --rays"))
+        }
+        Stored::Dense => {
+            let why = "True tails come from (I - K) L = E solved by LU, and memory grows with the patches squared";
+            (why.to_owned(), asked)
+        }
+    };
+    let fitting = unfit.fitting;
+    format!("{why}. About {fitting} patches would fit: {remedy}, or --memory GIB if there is more memory than it seems")
+}
+
+/// How large pictures may be.
+fn pictures_advice(PictureUnfit { each, fitting, .. }: &PictureUnfit) -> String {
+    format!(
+        "this command keeps about {each:.0} bytes for each pixel: sums, their errors and what is seen there. About \
+         {fitting} pixels would fit: pass a smaller --size, or --memory GIB if there is more memory than it seems"
+    )
+}
+
+/// What a series that is not proved to converge means, and where it converges.
+fn divergence_advice(diverges: &Diverges) -> String {
+    let meaning = if diverges.verdict == Verdict::Undecided {
+        "the bounds enclose 1, so it is not proved that E + KE + K²E + ... has a finite value; more --patches and \
+         --rays bring them closer, but not where surfaces reflect all light (Kd 1)"
+    } else {
+        "each bounce carries at least as much light as the one before, so the sum has no finite value"
+    };
+    let of = if diverges.uniform { "" } else { " of the present alphas" };
+    format!(
+        "{meaning}. It converges for alpha below {:.4}{of}: pass a smaller --alpha, a smaller --tau, or lower the \
+         reflectances",
+        diverges.alpha_limit
+    )
 }
 
 /// Writes the error to stderr. Lines are wrapped on a terminal only, so that a path stays in one piece elsewhere.

@@ -5,7 +5,6 @@ use std::time::Instant;
 
 use clap::Args;
 
-use crate::advice;
 use crate::console::Console;
 use crate::error::{CliError, picture_or_divergence};
 use crate::options::arguments::{Common, MemoryLimit, Precision, Problem, pixel, size};
@@ -13,7 +12,7 @@ use crate::options::keep::{Keep, Kept};
 use crate::options::layers::Layers;
 use crate::options::points::{Points, Sensors};
 use crate::pictures::{Outcome, Places, RenderReport, finish};
-use crate::warnings::{Pictured, warn_of_backs, warn_of_error};
+use crate::warnings::{Pictured, warn_of_backs, warn_of_error, words_of};
 use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::Transport;
@@ -233,7 +232,7 @@ impl Run<'_> {
         report.closure = found.closure;
         if let Precision::Within(tolerance) = self.precision {
             report.error = Some(found.error);
-            report.why = found.unmet(tolerance).map(|unmet| advice::unmet(&unmet));
+            report.why = found.unmet(tolerance).map(|unmet| words_of(&unmet));
             report.met = Some(report.why.is_none());
         }
     }

@@ -10,9 +10,8 @@ use clap::Args;
 use serde::Serialize;
 use serde_json::json;
 
-use crate::advice::Patches;
 use crate::console::Console;
-use crate::error::CliError;
+use crate::error::{CliError, Patches};
 use crate::options::arguments::{Common, MemoryLimit, Subject, ladder, seconds, size};
 use crate::pictures::{Files, Modes};
 use crate::warnings::check_variance;

@@ -2,12 +2,11 @@
 //!
 //! Not handled: black backs that no ray of the camera meets.
 
-use crate::advice;
 use crate::console::Console;
 use halflight::light::{Rgb, Transport};
 use halflight::pictures::Size;
 use halflight::rays::{Ray, Rays, Side};
-use halflight::render::Rendered;
+use halflight::render::{Rendered, Shortfall, Unmet};
 use halflight::scene::{Scene, Sides};
 use halflight_study::map::{Growth, Variance, growth};
 
@@ -119,8 +118,18 @@ fn warning(g: &Growth) -> Option<String> {
 /// Warns where the estimated error is above the tolerance.
 pub(crate) fn warn_of_error(console: &Console, transport: Transport, found: &Rendered, tolerance: f64) {
     if let Some(unmet) = found.unmet(tolerance) {
-        console.warn(format!("{}: {}", transport.label(), advice::unmet(&unmet)));
+        console.warn(format!("{}: {}", transport.label(), words_of(&unmet)));
     }
+}
+
+/// Why an error is above its tolerance, and what helps.
+pub(crate) fn words_of(unmet: &Unmet) -> String {
+    let helps = match unmet.why {
+        Shortfall::Unseen | Shortfall::Unknown => "",
+        Shortfall::Time => "; a longer --time helps",
+        Shortfall::Effort => "; a larger --size leaves less to bend within a pixel",
+    };
+    format!("{unmet}{helps}")
 }
 
 #[cfg(test)]

@@ -2,27 +2,19 @@
 //!
 //! Not handled: faults of the scene, which is read before ([`halflight::scene::SceneError`]).
 
-use std::path::PathBuf;
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
 
 use halflight::pictures::WriteError;
 
 /// A folder cannot be used, or not be written.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 pub enum KeptError {
-    /// A file is missing or cannot be read.
-    #[error("cannot read {}: {source}", path.display())]
-    #[diagnostic(code(halflight::kept::read), help("name a folder that --save wrote, with all its files"))]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The system's error.
-        source: std::io::Error,
-    },
-    /// A file is damaged, or of something else.
+    /// A file is missing, damaged, or of something else.
     #[error("{} {what}", path.display())]
     #[diagnostic(
         code(halflight::kept::broken),
-        help("the file is damaged, cut short or was changed: run with --save again, and do not edit the folder")
+        help("name a folder that --save wrote, with all its files as they were; run with --save to make it again")
     )]
     Broken {
         /// The file.
@@ -59,4 +51,16 @@ pub enum KeptError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Write(#[from] WriteError),
+}
+
+impl KeptError {
+    /// What is wrong with a file.
+    pub(super) fn broken(path: &Path, what: impl Display) -> KeptError {
+        KeptError::Broken { path: path.into(), what: what.to_string() }
+    }
+}
+
+/// The bytes of a file.
+pub(super) fn bytes_of(path: &Path) -> Result<Vec<u8>, KeptError> {
+    std::fs::read(path).map_err(|error| KeptError::broken(path, format!("cannot be read: {error}")))
 }

@@ -2,11 +2,10 @@
 //!
 //! The sums over its parts that a zip archive has show damage. Not handled: which F it is.
 
-use std::fs;
 use std::path::Path;
 
 use crate::arrays::{Array, Values};
-use crate::kept::error::KeptError;
+use crate::kept::error::{KeptError, bytes_of};
 use crate::npz::{csr, read_npz, rows_of_csr, write_npz};
 use halflight::form_factors::FormFactors;
 use halflight::pictures::WriteError;
@@ -27,9 +26,8 @@ pub fn write_factors(path: &Path, factors: &FormFactors) -> Result<(), WriteErro
 /// # Errors
 /// A file that is missing, damaged, or holds something else.
 pub fn read_factors(path: &Path, patches: usize) -> Result<FormFactors, KeptError> {
-    let broken = |what: String| KeptError::Broken { path: path.into(), what };
-    let bytes = fs::read(path).map_err(|source| KeptError::Read { path: path.into(), source })?;
-    let mut arrays = read_npz(&bytes).map_err(broken)?;
+    let broken = |what: String| KeptError::broken(path, what);
+    let mut arrays = read_npz(&bytes_of(path)?).map_err(broken)?;
     let rows = rows_of_csr(&mut arrays).map_err(broken)?;
     match arrays.remove("row_sums").map(|array| array.values) {
         Some(Values::F32(sums)) if sums.len() == patches && rows.len() == patches => {
@@ -42,6 +40,8 @@ pub fn read_factors(path: &Path, patches: usize) -> Result<FormFactors, KeptErro
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
     use halflight::form_factors::Rows;
 

@@ -2,10 +2,9 @@
 //!
 //! Not handled: L and terms, which other programs read and halflight finds anew from F.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::kept::error::KeptError;
+use crate::kept::error::{KeptError, bytes_of};
 use crate::kept::factors_file::read_factors;
 use crate::kept::identity::{difference, sum};
 use crate::kept::meta::{FACTORS, Meta, SCENE, folders_of_modes};
@@ -135,8 +134,7 @@ impl KeptMode {
     fn open(folder: PathBuf) -> Result<KeptMode, KeptError> {
         let meta = Meta::read(&folder)?;
         let path = folder.join(SCENE);
-        let bytes = fs::read(&path).map_err(|source| KeptError::Read { path: path.clone(), source })?;
-        let scene = scene_from_bytes(&bytes).map_err(|error| KeptError::Broken { path, what: error.to_string() })?;
+        let scene = scene_from_bytes(&bytes_of(&path)?).map_err(|error| KeptError::broken(&path, error))?;
         Ok(KeptMode { folder, meta, scene })
     }
 

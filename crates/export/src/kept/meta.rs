@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::kept::error::KeptError;
+use crate::kept::error::{KeptError, bytes_of};
 use halflight::pictures::{WriteError, write_whole};
 
 /// The file's name.
@@ -71,10 +71,8 @@ impl Meta {
     /// Reads that of a folder.
     pub fn read(folder: &Path) -> Result<Meta, KeptError> {
         let path = folder.join(NAME);
-        let text = fs::read_to_string(&path).map_err(|source| KeptError::Read { path: path.clone(), source })?;
-        let broken = |what: String| KeptError::Broken { path: path.clone(), what };
-        let value: serde_json::Value =
-            serde_json::from_str(&text).map_err(|error| broken(format!("is no JSON: {error}")))?;
+        let broken = |error| KeptError::broken(&path, format!("is not what --save writes: {error}"));
+        let value: serde_json::Value = serde_json::from_slice(&bytes_of(&path)?).map_err(broken)?;
         if value["format"] != FORMAT || value["halflight"] != env!("CARGO_PKG_VERSION") {
             let what = format!(
                 "it was written by halflight {} in format {}, and this is halflight {}, format {FORMAT}",
@@ -84,7 +82,7 @@ impl Meta {
             );
             return Err(KeptError::Differs { path: folder.into(), what });
         }
-        serde_json::from_value(value).map_err(|error| broken(format!("lacks what it needs: {error}")))
+        serde_json::from_value(value).map_err(broken)
     }
 }
 
