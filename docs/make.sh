@@ -9,8 +9,8 @@
 # HALFLIGHT names the program (default target/release/halflight; `cargo build --release` makes it).
 #
 # The commands of figures stand beside the figures, in README.md and docs/*.md: whatever of the form
-# `halflight ... --out docs` is found there is run, and of the files that it writes those that docs/ already has are
-# replaced. So a page cannot name one command and a figure come from another.
+# `halflight ... --out docs` or `cargo run ... --example ... --out docs` is found there is run, and of the files that it
+# writes those that docs/ already has are replaced. So a page cannot name one command and a figure come from another.
 #
 # Not made here: tables that need what is not in this repository (Mitsuba's references: benches/against_mitsuba.py says
 # what it needs; the three rooms; the scenes of many lamps).
@@ -25,20 +25,22 @@ fail() { printf '%s\n' "$*" >&2; exit 1; }
 # Runs the program, saying how.
 run() { printf '\n$ halflight %s\n' "$*"; "$program" "$@"; }
 
-# The commands of figures, one a line, without the program's name and `--out docs`.
+# The commands of figures, one a line, without `--out docs`.
 figure_commands() {
-    grep -ohE 'halflight [a-z][^`]* --out docs' README.md docs/*.md | sed -e 's/^halflight //' -e 's/ --out docs$//' | sort -u
+    grep -ohE '(halflight [a-z]|cargo run [^`]*--example )[^`]* --out docs' README.md docs/*.md | sed 's/ --out docs$//' | sort -u
 }
 
 figures() {
-    local command word arguments picture
+    local command word words picture
     while read -r command; do
         for word in "$@"; do
             case " $command " in *" $word "*) ;; *) continue 2 ;; esac
         done
         scratch="$(mktemp -d)"
-        read -ra arguments <<<"$command"
-        run "${arguments[@]}" --out "$scratch" </dev/null
+        printf '\n$ %s\n' "$command"
+        read -ra words <<<"$command"
+        [ "${words[0]}" != halflight ] || words[0]="$program"
+        "${words[@]}" --out "$scratch" </dev/null
         for picture in "$scratch"/*.png; do
             if [ -e "docs/${picture##*/}" ]; then
                 cp "$picture" docs/
@@ -49,8 +51,8 @@ figures() {
     done < <(figure_commands)
 }
 
-# What README.md shows of every command.
-readme() {
+# What README.md and commands.md show of the commands.
+outputs() {
     local out
     scratch="$(mktemp -d)"; out="$scratch"
     run render --size 256x256 --out "$out"
@@ -75,7 +77,11 @@ accuracy() {
     done
     rm -rf "$scratch"
 }
-frontier() { scratch="$(mktemp -d)"; run frontier furnished-room --formal --trace --out "$scratch"; rm -rf "$scratch"; }
+frontier() {
+    scratch="$(mktemp -d)"
+    cargo run --release -p halflight-study --example frontier -- furnished-room --formal --trace --out "$scratch"
+    rm -rf "$scratch"
+}
 
 # Whether five methods agree: validation.md, "Five methods against each other".
 agreement() {
@@ -127,7 +133,7 @@ check() {
         done < <(
             # Links count from their page, paths in code quotes from the root.
             grep -oE '\]\([^)# ]+' "$page" | sed 's/^](//' | grep -v '^http' | sed "s|^|$(dirname "$page")/|" || true
-            grep -oE '`(src|tests|benches|docs|meshes|examples)/[A-Za-z0-9_./-]+`' "$page" | tr -d '`' || true
+            grep -oE '`(src|crates|tests|benches|docs|meshes|examples)/[A-Za-z0-9_./-]+`' "$page" | tr -d '`' || true
         )
     done
     [ "$missing" = 0 ] || fail "mend the pages named above"
@@ -136,10 +142,10 @@ check() {
 
 list() {
     echo "figures: some ten minutes each for compare, chart and frontier, some seconds for the others"
-    figure_commands | sed 's/^/  halflight /'
+    figure_commands | sed 's/^/  /'
     cat <<'END'
 tables:
-  readme      what README.md shows of every command                 some seconds
+  outputs     what README.md and commands.md show                   some seconds
   accuracy    errors asked for, stated and reached                  twelve charts of one to two minutes
   agreement   whether five methods agree                            some minutes a scene
   frontier    both sides of the frontier, in numbers                some minutes
@@ -154,7 +160,7 @@ END
 
 [ $# -gt 0 ] || { list; exit 0; }
 case "$1" in
-    list | check | truths | factors | paper | readers) ;;
+    list | check | frontier | truths | factors | paper | readers) ;;
     *) [ -x "$program" ] || fail "there is no program at $program: cargo build --release, or set HALFLIGHT" ;;
 esac
 if [ "$1" = figures ]; then
@@ -164,7 +170,7 @@ if [ "$1" = figures ]; then
 fi
 for name in "$@"; do
     case "$name" in
-        list | check | readme | accuracy | agreement | frontier | memory | constants | truths | factors | paper | readers) "$name" ;;
+        list | check | outputs | accuracy | agreement | frontier | memory | constants | truths | factors | paper | readers) "$name" ;;
         *) fail "there is no $name: docs/make.sh list says what there is" ;;
     esac
 done

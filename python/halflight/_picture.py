@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from halflight import _arguments as arguments
 from halflight import _native
-from halflight._errors import SceneWarning, ToleranceWarning, in_python
+from halflight._errors import SceneWarning, ToleranceWarning
 from halflight._scene import Scene
 
 __all__ = ["Errors", "Picture", "Seconds", "read_picture", "render", "save_picture", "trace"]
@@ -369,7 +369,7 @@ def render(
         rays=cast,
     )
     if effort.tolerance is not None and (why := made.unmet(effort.tolerance)) is not None:
-        warnings.warn(in_python(why), ToleranceWarning, stacklevel=2)
+        warnings.warn(why, ToleranceWarning, stacklevel=2)
     if made.backs() > BACKS:
         warnings.warn(
             f"{100 * made.backs():.1f} % of the camera's rays meet the black backs of one-sided faces: turn these "

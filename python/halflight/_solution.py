@@ -675,7 +675,7 @@ def open(
     Raises
     ------
     FolderError
-        A folder that is damaged, of another version, of several modes, of a map, or made to a tolerance.
+        A folder that is damaged, of another version, of several modes, or made to a tolerance.
     """
     asked = arguments.run(0, None, progress)
     native, system, count = _native.open_folder(arguments.path("folder", folder), asked)

@@ -1,6 +1,7 @@
 //! Errors of the library as exceptions of `halflight._errors`, with what they know as attributes.
 //!
-//! The help of an error follows its message; `halflight._errors` puts Python's words for the program's options.
+//! What to do follows the message: the help of errors of files, in which `halflight._errors` puts Python's words for the
+//! program's options, and what is said here of the others.
 
 use std::fmt::Display;
 
@@ -64,7 +65,13 @@ impl Raise for ViewError {
 
 impl Raise for Diverges {
     fn raise(self) -> PyErr {
-        raised("Diverges", words(&self), |known| {
+        let of = if self.uniform { "" } else { " of the present alphas" };
+        let message = format!(
+            "{self}\nit converges for alpha below {:.4}{of}: pass a smaller `alpha`, a smaller `tau`, or lower the \
+             reflectances",
+            self.alpha_limit
+        );
+        raised("Diverges", message, |known| {
             known.set_item("radius", (self.radius.lower, self.radius.upper))?;
             known.set_item("verdict", self.verdict.name())?;
             known.set_item("alpha_limit", self.alpha_limit)
@@ -74,7 +81,14 @@ impl Raise for Diverges {
 
 impl Raise for Unfit {
     fn raise(self) -> PyErr {
-        raised("DoesNotFit", words(&self), |known| {
+        // A requested count is met within about a third.
+        let fewer = (self.fitting * 2 / 3).max(1);
+        let message = format!(
+            "{self}\nabout {} patches would fit: pass patches={fewer}, fewer `rays`, or `memory` if there is more than \
+             it seems",
+            self.fitting
+        );
+        raised("DoesNotFit", message, |known| {
             known.set_item("bytes", self.bytes)?;
             known.set_item("limit", self.limit)?;
             known.set_item("fitting", self.fitting)
@@ -84,7 +98,11 @@ impl Raise for Unfit {
 
 impl Raise for PictureUnfit {
     fn raise(self) -> PyErr {
-        raised("DoesNotFit", words(&self), |known| {
+        let message = format!(
+            "{self}\nabout {} pixels would fit: pass a smaller `size`, or `memory` if there is more than it seems",
+            self.fitting
+        );
+        raised("DoesNotFit", message, |known| {
             known.set_item("bytes", self.bytes)?;
             known.set_item("limit", self.limit)?;
             known.set_item("fitting", self.fitting)
@@ -103,7 +121,8 @@ impl Raise for RenderError {
 
 impl Raise for Overflow {
     fn raise(self) -> PyErr {
-        raised("Diverges", words(&self), |_| Ok(()))
+        let message = format!("{self}\na smaller `max_bounces` shows the first bounces");
+        raised("Diverges", message, |_| Ok(()))
     }
 }
 

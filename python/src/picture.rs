@@ -5,9 +5,9 @@
 use std::path::PathBuf;
 
 use halflight::pictures::{
-    Bitmap, Exposure, NamedPicture, Picture, check_extension, encode_png as encode, write_picture,
+    Bitmap, Exposure, NamedPicture, Picture, check_extension, encode_png as encode, write_layered, write_picture,
 };
-use halflight::render::{Apart, Fineness, Rendered as Found, check_pictures, pixel, write_layered};
+use halflight::render::{Apart, Fineness, Rendered as Found, Shortfall, check_pictures, pixel};
 use halflight_reference::{NextEvent, TraceSettings, Tracer};
 use numpy::{PyArray3, PyReadonlyArray3};
 use pyo3::prelude::*;
@@ -220,9 +220,15 @@ impl Rendered {
         [e.form_factors, e.patches, e.truncation, e.gather, e.total]
     }
 
-    /// Why the error is above a tolerance, if it is.
+    /// Why the error is above a tolerance, if it is, and what helps.
     fn unmet(&self, tolerance: f64) -> Option<String> {
-        self.0.unmet(tolerance)
+        let unmet = self.0.unmet(tolerance)?;
+        let helps = match unmet.why {
+            Shortfall::Unseen | Shortfall::Unknown => "",
+            Shortfall::Time => "; a longer `time` helps",
+            Shortfall::Effort => "; a larger `size` leaves less to bend within a pixel",
+        };
+        Some(format!("{unmet}{helps}"))
     }
 
     /// Seconds of each step: patches, form factors, solve, gather, and all together.

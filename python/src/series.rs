@@ -9,7 +9,7 @@ use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::render::{Apart, End, Fineness, check_pictures, pixel};
 use halflight::solve::{ColumnSolution, Settings, Solution, explore, neumann, solve_columns};
-use halflight_export::kept::{Also, Keeper, Keeping};
+use halflight_export::kept::{Also, Keeping, KeptError, KeptFolder, KeptRows, NewKept};
 use halflight_study::{bounce_fields, bounce_pictures};
 use numpy::ndarray::{Array2, Array4};
 use numpy::{PyArray2, PyArray3, PyArray4};
@@ -117,11 +117,11 @@ pub fn save_folder(
     asked: Run,
 ) -> PyResult<()> {
     let also = also.iter().map(|kind| if kind == "ply" { Also::Ply } else { Also::Mtx }).collect();
-    let keeping = Keeping { save: Some(folder), also, ..Keeping::default() };
     let kept = run(py, asked.progress.as_ref(), |_| {
-        let keeper = Keeper::open(keeping)?;
-        keeper.save(&system.mode.light(&series.solution))?;
-        keeper.finish().map(|_| ())
+        let rows = Arc::new(KeptRows::new(Some(&folder)));
+        let new = NewKept::begin(Keeping { folder, also, ..Keeping::default() }, &rows)?;
+        new.save(&system.mode.light(&series.solution))?;
+        new.finish().map(|_| ())
     })?;
     kept.map_err(Raise::raise)
 }
@@ -139,16 +139,14 @@ pub fn bounces(
 ) -> PyResult<(System, Series)> {
     let (tolerance, time) = aim;
     let (transport, apart) = (transport(mode), Apart { emitters: luminaires, bounces: false });
-    let checked = run(py, asked.progress.as_ref(), |steps| {
+    let found = run(py, asked.progress.as_ref(), |steps| {
         let solver = scene.solver(asked.seed, asked.bytes()).apart(apart);
-        solver.check_tolerance(&[transport], tolerance)?;
         let mut request = solver.bounces(transport, count).watch(steps);
         if let Some(seconds) = time {
             request = request.time(seconds);
         }
-        Ok(request.tolerance(tolerance))
+        request.tolerance(tolerance)
     })?;
-    let found = checked.map_err(halflight::render::Unfit::raise)?;
     let fineness = Fineness { patches: found.mode.patches().requested(), rays: found.mode.sampling.rays };
     let recipe = Recipe { transport, fineness, seed: asked.seed, apart };
     let emitters = found.emitters.into_iter().map(|own| (own.name, own.powers, own.errors));
@@ -165,15 +163,15 @@ pub fn bounces(
 #[pyfunction]
 pub fn open_folder(py: Python, folder: PathBuf, asked: Run) -> PyResult<(Scene, System, Option<usize>)> {
     let kept = run(py, asked.progress.as_ref(), |steps| {
-        let keeper = Keeper::open(Keeping { load: Some(folder), ..Keeping::default() })?;
-        let kept = keeper.series()?;
-        let solver = Solver::new(&kept.scene).seed(kept.seed);
+        let opened = KeptFolder::open(&folder)?;
+        let kept = opened.series()?;
+        let (solver, rows) = (Solver::new(&kept.scene).seed(kept.seed), KeptRows::new(None));
         let sampling = kept.fineness.sampling(kept.seed);
-        keeper.check(&solver.cut(kept.fineness.patches), &[kept.transport], &sampling)?;
-        let solver = solver.memory(f64::INFINITY).rows(Arc::new(keeper));
+        opened.read(&solver.cut(kept.fineness.patches), &[kept.transport], &sampling, &rows)?;
+        let solver = solver.memory(f64::INFINITY).rows(Arc::new(rows));
         Ok((solver.assemble(&[kept.transport], kept.fineness, steps), kept))
     })?;
-    let (equations, kept) = kept.map_err(halflight_export::kept::KeptError::raise)?;
+    let (equations, kept) = kept.map_err(KeptError::raise)?;
     let mode = equations.map_err(Raise::raise)?.modes.remove(0);
     let apart = Apart::default();
     let recipe = Recipe { transport: kept.transport, fineness: kept.fineness, seed: kept.seed, apart };

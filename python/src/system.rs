@@ -4,7 +4,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use halflight::form_factors::{FormFactors, Layers, Rows};
+use halflight::form_factors::{FormFactors, Rows};
 use halflight::operator::{Cast, LinearOperator, RowSource, Wanted};
 use halflight::patches::Patches;
 use halflight::render::{Apart, Assembled, Fineness};
@@ -124,10 +124,6 @@ impl RowSource for KnownRows {
         } else {
             Cast.rows(wanted)
         }
-    }
-
-    fn layers(&self, wanted: &Wanted) -> (Layers, u64) {
-        Cast.layers(wanted)
     }
 
     fn knows(&self, wanted: &Wanted) -> bool {

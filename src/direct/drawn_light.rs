@@ -36,6 +36,7 @@ use crate::direct::lights::Lights;
 use crate::direct::luminaire_light::{DirectSum, Lamp, Scratch, point_for};
 use crate::direct::many::light_cut::{LightCut, LightCuts, Seen, light};
 use crate::direct::many::light_tree::{LightTree, draw};
+use crate::light::shares::{self, Drawn};
 use crate::rays::sobol::Stream;
 use crate::surfaces::SurfacePoint;
 
@@ -103,12 +104,12 @@ impl LightCuts {
         let mut until = std::mem::take(&mut scratch.until);
         add_up_chances(cut, &self.tree, receiver, &mut until);
         for point in points {
-            let NodeDraw { entry, chance, rest } = choose(&until, point.x);
-            let entry = &cut.drawn[entry];
-            let at = Vec2::new(rest, point.y);
+            let chosen = choose(&until, point.x);
+            let entry = &cut.drawn[chosen.index];
+            let at = Vec2::new(chosen.again(), point.y);
             if let Some(drawn) = draw(&self.tree, &lights.luminaires, entry.node, receiver, at) {
                 let beyond = lights.transmittance(receiver, drawn.end, scratch) - entry.expected;
-                sum += drawn.light * (beyond * share / chance);
+                sum += drawn.light * (beyond * share / chosen.weight);
             }
         }
         scratch.until = until;
@@ -130,9 +131,8 @@ impl LightCuts {
         let first = f64::from(random.uniform());
         let one = |k: u32| {
             let u = (first + f64::from(k)) / f64::from(VISIBLE_DRAWS);
-            let i = cut.seen.partition_point(|seen| seen.until <= u).min(cut.seen.len() - 1);
-            let Seen { node, share, until } = cut.seen[i];
-            let chance = until - if i == 0 { 0.0 } else { cut.seen[i - 1].until };
+            let Drawn { index, weight: chance, .. } = shares::draw(&cut.seen, |seen| seen.until, u);
+            let Seen { node, share, .. } = cut.seen[index];
             let (l, of_node, _) = self.tree.draw(&self.tree.nodes[node].range, f64::from(random.uniform()));
             let (luminaire, x, n) = (&luminaires.list[l as usize], receiver.position, receiver.normal);
             let light =
@@ -160,16 +160,6 @@ fn lamps<'a>(cut: &'a LightCut, luminaires: &'a Luminaires) -> impl Iterator<Ite
     })
 }
 
-/// A node drawn.
-struct NodeDraw {
-    /// Which of the cut's nodes to draw from.
-    entry: usize,
-    /// Its probability.
-    chance: f64,
-    /// A number of the unit interval to draw within the node, below 1 also where it is rounded.
-    rest: f32,
-}
-
 /// The probabilities of a cut's nodes at a receiver, to each those before it added.
 fn add_up_chances(cut: &LightCut, tree: &LightTree, receiver: &SurfacePoint, until: &mut Vec<f64>) {
     until.clear();
@@ -191,14 +181,9 @@ fn add_up_chances(cut: &LightCut, tree: &LightTree, receiver: &SurfacePoint, unt
     }
 }
 
-/// Draws a node by a number u of the unit interval.
-fn choose(until: &[f64], u: f32) -> NodeDraw {
-    let u = f64::from(u);
-    let entry = until.partition_point(|&until| until <= u).min(until.len() - 1);
-    let before = if entry == 0 { 0.0 } else { until[entry - 1] };
-    let chance = until[entry] - before;
-    // The last node may have next to no power.
-    NodeDraw { entry, chance, rest: (((u - before) / chance) as f32).clamp(0.0, 0.999_999_94) }
+/// Draws one of a cut's nodes by a number u of the unit interval.
+fn choose(until: &[f64], u: f32) -> Drawn<f64> {
+    shares::draw(until, |&until| until, f64::from(u))
 }
 
 #[cfg(test)]
@@ -261,8 +246,7 @@ mod tests {
             let mut counts = [0.0; COUNT];
             for i in 0..DRAWS {
                 let choice = choose(&until, (i as f32 + 0.5) / DRAWS as f32);
-                assert!((0.0..1.0).contains(&choice.rest));
-                counts[choice.entry] += 1.0 / (choice.chance * f64::from(DRAWS));
+                counts[choice.index] += 1.0 / (choice.weight * f64::from(DRAWS));
             }
             // A lamp is drawn a whole number of times, give or take one at each end.
             let off = counts.iter().map(|f| (f - 1.0).abs()).fold(0.0, f64::max);
@@ -293,7 +277,7 @@ mod tests {
         let until = chances(&cut, &tree, &below(&tree, cut.drawn[11].node, 0.1));
         for k in 0..COUNT {
             let choice = choose(&until, (k as f32 + 0.25) / COUNT as f32);
-            assert_eq!((choice.entry, choice.chance), (k, 1.0 / COUNT as f64));
+            assert_eq!((choice.index, choice.weight), (k, 1.0 / COUNT as f64));
             assert!((choice.rest - 0.25).abs() < 1e-4);
         }
     }

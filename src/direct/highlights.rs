@@ -16,9 +16,11 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
+use crate::direct::emitters::luminaire::Luminaire;
 use crate::direct::lights::Lights;
 use crate::direct::luminaire_light::Scratch;
 use crate::light::Gloss;
+use crate::light::shares::Shares;
 use crate::rays::{Ray, Side};
 use crate::scene::Sides;
 use crate::surfaces::{Geometry, SurfacePoint};
@@ -26,14 +28,12 @@ use crate::surfaces::{Geometry, SurfacePoint};
 /// Samples highlights.
 pub(crate) struct Highlights<'a> {
     lights: &'a Lights,
-    /// Power of each luminaire and those before it, as shares of all: area times radiance, channels added.
-    until: Vec<f64>,
+    /// Shares of the luminaires in all power: area times radiance, channels added.
+    shares: Shares,
     /// All of that power.
     power: f64,
     /// Some face emits.
     emits: bool,
-    /// Every ray ends at its first crossing.
-    opaque: bool,
 }
 
 /// A point that shows highlights.
@@ -61,18 +61,13 @@ impl<'a> Highlights<'a> {
     pub fn new(lights: &'a Lights) -> Option<Highlights<'a>> {
         let materials = &lights.geometry.scene.materials;
         materials.iter().find(|m| m.gloss.is_some())?;
-        let mut power = 0.0;
-        let powers = lights.luminaires.list.iter().map(|l| {
-            power += l.area * f64::from(l.radiance.element_sum());
-            power
-        });
-        let sums: Vec<f64> = powers.collect();
+        let power = |l: &Luminaire| l.area * f64::from(l.radiance.element_sum());
+        let powers = Shares::of(lights.luminaires.list.iter().map(power));
         Some(Highlights {
             lights,
-            until: sums.iter().map(|sum| sum / power).collect(),
-            power,
+            power: powers.total(),
+            shares: powers.normalised(),
             emits: materials.iter().any(|m| m.emits()),
-            opaque: lights.transports.iter().all(|t| t.tau == 0.0),
         })
     }
 
@@ -107,12 +102,12 @@ impl<'a> Highlights<'a> {
 
     /// Light over Ks/pi of a point drawn on a luminaire, over its density, and the emitter.
     fn drawn(&self, shown: &Shown, at: DVec2, memory: &mut Scratch) -> (usize, DVec3) {
-        let Some(last) = self.until.len().checked_sub(1) else { return (0, DVec3::ZERO) };
-        let k = self.until.partition_point(|&until| until <= at.x).min(last);
-        let before = if k == 0 { 0.0 } else { self.until[k - 1] };
-        let u = ((at.x - before) / (self.until[k] - before)).clamp(0.0, 1.0) as f32;
-        let luminaire = &self.lights.luminaires.list[k];
-        let y = luminaire.point(u.min(0.999_999_94), at.y as f32);
+        if self.lights.luminaires.list.is_empty() {
+            return (0, DVec3::ZERO);
+        }
+        let drawn = self.shares.draw(at.x);
+        let luminaire = &self.lights.luminaires.list[drawn.index];
+        let y = luminaire.point(drawn.again(), at.y as f32);
         let across = y.position.as_dvec3() - shown.position;
         let (d2, way) = (across.length_squared(), across.normalize_or_zero());
         let per_area = -y.normal.dot(way) / d2;
@@ -141,7 +136,7 @@ impl<'a> Highlights<'a> {
             return;
         }
         let share = shown.lobe(way) / density;
-        rays.light_crossings(&ray, self.opaque, &mut memory.hits);
+        rays.light_crossings(&ray, self.lights.opaque, &mut memory.hits);
         rays.transmit(
             &memory.hits,
             |m| f64::from(transports[m].tau),

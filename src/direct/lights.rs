@@ -13,7 +13,7 @@ use crate::direct::emitters::luminaires::Luminaires;
 use crate::direct::emitters::occlusion::Occlusion;
 use crate::direct::emitters::shafts::{Shafts, casters};
 use crate::direct::many::light_cut::{CutInputs, LightCuts};
-use crate::light::{Rgb, Transport};
+use crate::light::{Rgb, Transport, nothing_passes};
 use crate::patches::Patches;
 use crate::scene::Emitters;
 use crate::surfaces::Geometry;
@@ -28,6 +28,8 @@ pub struct Lights {
     pub luminaires: Arc<Luminaires>,
     /// (alpha, tau) of every material.
     pub transports: Vec<Transport>,
+    /// No surface lets light through.
+    pub opaque: bool,
     /// Relative error of light that a node of many luminaires, or of a texture, may have.
     pub exactness: f64,
     /// Occlusion between any two points.
@@ -89,6 +91,7 @@ impl Lights {
             geometry: Arc::clone(geometry),
             patches: Arc::clone(patches),
             luminaires: Arc::clone(luminaires),
+            opaque: nothing_passes(transports.iter().map(|t| t.tau)),
             transports,
             exactness: TOLERABLE,
             shafts: Shafts::default(),

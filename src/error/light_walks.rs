@@ -26,8 +26,9 @@ use std::time::Instant;
 use glam::{DVec3, Vec3};
 
 use crate::error::deadline::is_over;
-use crate::light::Transport;
+use crate::light::shares::Shares;
 use crate::light::team;
+use crate::light::{Transport, nothing_passes};
 use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Stream, hash};
 use crate::rays::warp::{cosine_direction, hemisphere_direction, triangle_point};
@@ -172,7 +173,7 @@ impl TermPower {
 impl<'a> Walks<'a> {
     fn new(scene: &'a Scene, rays: &'a Rays, transport: Transport, emitters: &Emitters) -> Walks<'a> {
         let transports = scene.transports(transport);
-        let opaque = transports.iter().all(|t| t.tau == 0.0);
+        let opaque = nothing_passes(transports.iter().map(|t| t.tau));
         Walks { scene, rays, transports, sources: WalkSources::new(scene, emitters), opaque }
     }
 
@@ -196,11 +197,9 @@ impl<'a> Walks<'a> {
         let Some(start) = self.sources.start(random) else { return };
         let own = &mut sums[start.emitter * count..][..count];
         let Some((first, rest)) = own.split_first_mut() else { return };
-        self.rays.light_crossings(&start.ray, self.opaque, hits);
         let arrived = self.arrive(&start.ray, hits, |hit| start.power(f64::from(hit.t)), first, random);
         let Some((mut ray, mut weight)) = arrived else { return };
         for sum in rest {
-            self.rays.light_crossings(&ray, self.opaque, hits);
             let Some((next, carried)) = self.arrive(&ray, hits, |_| weight, sum, random) else { return };
             (ray, weight) = (next, carried);
         }
@@ -210,13 +209,14 @@ impl<'a> Walks<'a> {
     fn arrive(
         &self,
         ray: &Ray,
-        hits: &[Hit],
+        hits: &mut Vec<Hit>,
         weight: impl Fn(&Hit) -> DVec3,
         sum: &mut TermPower,
         random: &mut Stream,
     ) -> Option<(Ray, DVec3)> {
         let mut chosen: Option<(Hit, DVec3, f64)> = None;
         let mut total = 0.0;
+        self.rays.light_crossings(ray, self.opaque, hits);
         self.rays.transmit(
             hits,
             |m| f64::from(self.transports[m].tau),
@@ -253,6 +253,8 @@ impl<'a> Walks<'a> {
 struct WalkSources<'a> {
     scene: &'a Scene,
     list: Vec<Source<'a>>,
+    /// By emitted power.
+    shares: Shares,
     /// Radius of the ball about the middle of the unit frame that holds the scene, unit coordinates.
     radius: f64,
     /// The emitted power of all, channels added, W.
@@ -262,8 +264,8 @@ struct WalkSources<'a> {
 struct Source<'a> {
     origin: Origin<'a>,
     emitter: usize,
-    /// Share of the emitted power that leaves this source and those before it.
-    cumulative: f64,
+    /// Emitted, channels added, W.
+    power: f64,
     /// What a walk from here carries.
     weight: DVec3,
 }
@@ -309,8 +311,7 @@ impl<'a> WalkSources<'a> {
         let far = |radius: f64, v: &Vec3| radius.max(v.as_dvec3().length());
         // The faces that stand for a sky lie beyond the scene.
         let radius = scene.sky.map_or_else(|| scene.vertices.iter().fold(0.0, far), |sky| sky.radius);
-        let mut sources = WalkSources { scene, list: Vec::new(), radius, total: 0.0 };
-        let mut total = 0.0;
+        let mut sources = WalkSources { scene, list: Vec::new(), shares: Shares::default(), radius, total: 0.0 };
         for face in 0..scene.faces.len() as u32 {
             let material = scene.material(face);
             let emission = match &material.maps {
@@ -321,25 +322,23 @@ impl<'a> WalkSources<'a> {
             let unit = scene.frame.scale * scene.frame.scale;
             let power = PI * unit * scene.emitting_area(face) * emission.element_sum();
             for &side in sides.iter().filter(|_| power > 0.0) {
-                total += power;
                 let weight = emission / emission.element_sum();
                 let (origin, emitter) = (Origin::Side(face, side), emitters.of_face(scene, face));
-                sources.list.push(Source { origin, emitter, cumulative: total, weight });
+                sources.list.push(Source { origin, emitter, power, weight });
             }
         }
         for (k, light) in scene.lights.iter().enumerate().filter(|(_, light)| light.shines()) {
             let intensity = light.intensity.as_dvec3();
             let (size, at_unit) = sources.sizes(light);
-            total += size * at_unit * intensity.element_sum();
+            let power = size * at_unit * intensity.element_sum();
             let weight = intensity / (intensity.element_sum() * at_unit);
             let (origin, emitter) = (Origin::Light(light), emitters.of_light(k));
-            sources.list.push(Source { origin, emitter, cumulative: total, weight });
+            sources.list.push(Source { origin, emitter, power, weight });
         }
-        for source in &mut sources.list {
-            source.cumulative /= total;
-            source.weight *= total;
-        }
-        sources.total = total;
+        let shares = Shares::of(sources.list.iter().map(|source| source.power));
+        sources.total = shares.total();
+        sources.shares = shares.normalised();
+        sources.list.iter_mut().for_each(|source| source.weight *= sources.total);
         sources
     }
 
@@ -360,9 +359,10 @@ impl<'a> WalkSources<'a> {
 
     /// A ray that leaves a source, and the power it stands for; none where nothing emits.
     pub fn start(&self, random: &mut Stream) -> Option<FirstRay<'a>> {
-        let last = self.list.len().checked_sub(1)?;
-        let share = f64::from(random.uniform());
-        let source = &self.list[self.list.partition_point(|s| s.cumulative <= share).min(last)];
+        if self.list.is_empty() {
+            return None;
+        }
+        let source = &self.list[self.shares.draw(f64::from(random.uniform())).index];
         let (weight, emitter) = (source.weight, source.emitter);
         let light = match source.origin {
             Origin::Light(light) => light,

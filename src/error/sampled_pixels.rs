@@ -22,6 +22,7 @@ use glam::DVec3;
 use crate::error::deadline::would_be_over;
 use crate::error::importance_paths::ImportancePaths;
 use crate::error::residual::error;
+use crate::light::shares::Shares;
 use crate::patches::Patches;
 use crate::pictures::Size;
 use crate::rays::sobol::{Stream, hash};
@@ -83,7 +84,7 @@ pub(crate) struct SamplingGoal {
 
 /// A few pixels of a picture, and paths that start from them; they serve every set of patches.
 pub(crate) struct SampledPixels {
-    chances: Chances,
+    chances: Shares,
     batches: Vec<Batch>,
     /// Paths of each pixel.
     each: u32,
@@ -93,7 +94,7 @@ pub(crate) struct SampledPixels {
 impl SampledPixels {
     /// None yet, of a view; brighter ones are drawn more often.
     pub fn new(view: &View, bright: Brightness, seed: u32) -> SampledPixels {
-        SampledPixels { chances: Chances::new(view, bright), batches: Vec::new(), each: EACH, seed }
+        SampledPixels { chances: chances(view, bright), batches: Vec::new(), each: EACH, seed }
     }
 
     /// The squared error from more pixels and paths until it has the standard error requested, or twice as many would
@@ -142,7 +143,7 @@ impl SampledPixels {
     fn widen(&mut self, view: &View, more: usize) {
         let offset = f64::from(Stream::new(self.seed).uniform());
         let before = self.draws();
-        let drawn = (before..before + more).map(|j| self.chances.draw((offset + j as f64 * GOLDEN).fract()));
+        let drawn = (before..before + more).map(|j| draw(&self.chances, (offset + j as f64 * GOLDEN).fract()));
         let drawn: Vec<(u32, f64)> = drawn.collect();
         let mut pixels: Vec<u32> = drawn.iter().map(|(pixel, _)| *pixel).collect();
         pixels.sort_unstable();
@@ -173,32 +174,19 @@ fn moments(pixels: &[PixelEstimate]) -> [f64; 3] {
     [mean, noise, pixels.iter().map(|p| (p.value - mean).powi(2)).sum::<f64>() / (count - 1.0)]
 }
 
-/// The probability that a pixel is drawn.
-struct Chances {
-    /// Of all pixels up to each and with it.
-    sums: Vec<f64>,
+/// How often pixels are drawn: in proportion to how bright they are.
+fn chances(view: &View, Brightness { values, size }: Brightness) -> Shares {
+    let bright = |k: usize| {
+        let (x, y) = (k % view.width * size.width / view.width, k / view.width * size.height / view.height);
+        f64::from(values[y * size.width + x])
+    };
+    Shares::of((0..view.width * view.height).map(bright))
 }
 
-impl Chances {
-    /// In proportion to how bright pixels are.
-    fn new(view: &View, Brightness { values, size }: Brightness) -> Chances {
-        let mut sum = 0.0;
-        let add = |k: usize| {
-            let (x, y) = (k % view.width * size.width / view.width, k / view.width * size.height / view.height);
-            sum += f64::from(values[y * size.width + x]);
-            sum
-        };
-        Chances { sums: (0..view.width * view.height).map(add).collect() }
-    }
-
-    /// The pixel at a point of the unit interval, and 1/(N p).
-    fn draw(&self, at: f64) -> (u32, f64) {
-        let count = self.sums.len();
-        let all = self.sums[count - 1];
-        let k = self.sums.partition_point(|sum| *sum <= at * all).min(count - 1);
-        let own = self.sums[k] - if k == 0 { 0.0 } else { self.sums[k - 1] };
-        (k as u32, all / (own * count as f64))
-    }
+/// The pixel at a point of the unit interval, and 1/(N p).
+fn draw(chances: &Shares, at: f64) -> (u32, f64) {
+    let drawn = chances.draw(at);
+    (drawn.index as u32, chances.total() / (drawn.weight * chances.count() as f64))
 }
 
 /// A pixel that was drawn.
@@ -313,16 +301,16 @@ mod tests {
         let lights = lights_of("furnace", Mode::Global.transport(), 24);
         let view = View::new(&lights, (6, 2).into());
         let bright = Brightness { values: &[1.0, 3.0], size: (2, 1).into() };
-        let chances = Chances::new(&view, bright);
+        let chances = chances(&view, bright);
         const DRAWS: usize = 1024;
-        let drawn: Vec<(u32, f64)> = (0..DRAWS).map(|j| chances.draw((j as f64 * GOLDEN).fract())).collect();
+        let drawn: Vec<(u32, f64)> = (0..DRAWS).map(|j| draw(&chances, (j as f64 * GOLDEN).fract())).collect();
         // Multiples of the golden ratio miss the length of an interval by less than 3 of so many.
         let right = drawn.iter().filter(|(pixel, _)| pixel % 6 >= 3).count();
         assert!(right.abs_diff(3 * DRAWS / 4) < 3, "{right}");
         // Of pixels that are all 1 the mean is 1.
         let mean = drawn.iter().map(|(_, counts)| counts).sum::<f64>() / DRAWS as f64;
         assert!((mean - 1.0).abs() < 0.01, "{mean}");
-        assert_eq!([chances.draw(0.0).0, chances.draw(1.0).0], [0, 11]);
+        assert_eq!([draw(&chances, 0.0).0, draw(&chances, 1.0).0], [0, 11]);
     }
 
     /// In a furnace all light is E / (1 - rho): that leaves nothing, and light a tenth too bright leaves a tenth of it

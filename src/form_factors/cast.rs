@@ -8,6 +8,7 @@
 //! Not handled: numbers of rays that follow from an error; callers give them.
 
 use crate::form_factors::sparse::Rows;
+use crate::light::nothing_passes;
 use crate::light::team::{self, Owners};
 use crate::patches::Patches;
 use crate::rays::sobol::{Sobol, hash};
@@ -150,7 +151,7 @@ pub fn cast_counts(
     tick: Progress,
 ) -> (Vec<FormFactors>, u64) {
     let needed: Vec<&Variant> = variants.iter().filter(|v| needs_rays(v)).collect();
-    let opaque = !needed.iter().any(|v| v.tau.iter().any(|&t| t > 0.0));
+    let opaque = nothing_passes(needed.iter().flat_map(|v| v.tau.iter().copied()));
     let most = Sampling { rays: counts.iter().copied().max().unwrap_or(1), ..*sampling };
     let caster = Caster::new(rays, patches, opaque, &most);
     let count = |i: usize| counts[i].max(1);

@@ -38,8 +38,8 @@ impl Rectangle {
             return None;
         }
         let triangles: Vec<[DVec3; 3]> = patches.pieces(i).map(|p| p.1.map(|q| q.as_dvec3())).collect();
-        let (u, low, high) = smallest_rectangle(&triangles, normal);
-        let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let (u, bounds) = smallest_rectangle(&triangles, normal);
+        let (middle, half) = (bounds.middle(), 0.5 * bounds.size());
         let v = normal.cross(u);
         let center = triangles[0][0] + middle.x * u + middle.y * v;
         let found = Rectangle { center, normal, half: [half.x * u, half.y * v] };

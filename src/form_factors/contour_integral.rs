@@ -14,7 +14,7 @@ use glam::DVec3;
 
 use crate::form_factors::adaptive_integration::{Cell, Estimate, refine};
 use crate::form_factors::facet::Edge;
-use crate::form_factors::hull::bounds;
+use crate::scene::Bounds;
 
 /// Nodes of Kronrod's rule, every second one Gauss's.
 const NODES: [f64; 8] = [
@@ -71,9 +71,9 @@ pub(crate) fn exchange(first: &[Edge], second: &[Edge]) -> Estimate {
 
 /// The distance of the middles, or the mean size where the two are near each other.
 fn typical_distance(first: &[Edge], second: &[Edge]) -> f64 {
-    let [(a, b), (c, d)] = [first, second].map(|edges| bounds(edges.iter().map(|e| e[0])));
-    let apart = 0.5 * (a + b - c - d).length();
-    apart.max(0.5 * ((b - a).length() + (d - c).length()))
+    let [a, b] = [first, second].map(|edges| Bounds::of(edges.iter().map(|e| e[0])));
+    let apart = 0.5 * (a.low + a.high - b.low - b.high).length();
+    apart.max(0.5 * (a.size().length() + b.size().length()))
 }
 
 /// Two edges that are not perpendicular.

@@ -23,6 +23,7 @@ use crate::form_factors::facet::{Facet, facets};
 use crate::form_factors::occluders::{Occluder, between};
 use crate::form_factors::{contour_integral, cubature};
 use crate::light::interrupt::heed_interrupt;
+use crate::light::nothing_passes;
 use crate::scene::{Scene, Sides};
 
 /// Pairs of facets of two bodies beyond which rays are the better way.
@@ -95,7 +96,7 @@ impl Bodies {
             }
             body.extend(facets);
         }
-        let opaque = tau.iter().all(|&t| t == 0.0);
+        let opaque = nothing_passes(tau.iter().copied());
         Bodies { bodies, occluders, masked, bound: if opaque { 1.0 } else { f64::INFINITY } }
     }
 

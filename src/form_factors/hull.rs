@@ -1,4 +1,4 @@
-//! Convex hulls of points: the box around one, and planes between two.
+//! Convex hulls of points: planes between two.
 //!
 //! Both searches look for the point of the Minkowski difference nearest to the origin: that of E. G. Gilbert, D. W.
 //! Johnson and S. S. Keerthi (1988) ends after a few steps, but says nothing about hulls that meet by less than a
@@ -7,12 +7,6 @@
 //! Not handled: the hull's faces; its points are enough.
 
 use glam::DVec3;
-
-/// The least box around points: its lowest and highest corner.
-pub(crate) fn bounds(points: impl IntoIterator<Item = DVec3>) -> (DVec3, DVec3) {
-    let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    points.into_iter().fold(none, |(low, high), p| (low.min(p), high.max(p)))
-}
 
 /// Whether a plane is found that has the hulls of two sets of points on either side, at least `gap` apart across it.
 ///

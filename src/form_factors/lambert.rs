@@ -21,8 +21,8 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::form_factors::hull::bounds;
 use crate::form_factors::plane::{ON_FACE, towards};
+use crate::scene::Bounds;
 use crate::scene::convex_polygon::cut;
 
 /// Form factor from a point at the origin with unit normal `n` to the side of a triangle that faces it.
@@ -182,8 +182,7 @@ impl Outline {
             let normal = (b - a).cross(c - a).normalize_or_zero();
             planes.push((normal, normal.dot(a)));
         }
-        let (low, high) = bounds(corners.iter().copied());
-        let middle = 0.5 * (low + high);
+        let middle = Bounds::of(corners.iter().copied()).middle();
         let radius = corners.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
         let (edges, planes) = (edges(&faces), planes.chunks(LANES).map(Planes::new).collect());
         Some(Outline { arch: Arch::new(), corners, faces, planes, edges, middle, radius })

@@ -22,6 +22,7 @@ use rayon::prelude::*;
 
 use crate::form_factors::cast::{Caster, Progress, Sampling, Variant};
 use crate::form_factors::sparse::Rows;
+use crate::light::nothing_passes;
 use crate::light::team::{self, Owners};
 use crate::patches::Patches;
 use crate::rays::{Hit, Ray, Rays};
@@ -73,7 +74,7 @@ pub fn cast_layers(
     tick: Progress,
 ) -> (Layers, u64) {
     let Variant { tau, rows: receives, columns: sends } = own;
-    let opaque = !tau.iter().any(|&t| t > 0.0);
+    let opaque = nothing_passes(tau.iter().copied());
     let caster = Caster::new(rays, patches, opaque, sampling);
     let count = sampling.rays.max(1);
     let needed = |i: usize| receives[i] && sends.contains(&true);
@@ -218,53 +219,6 @@ impl Layers {
             depths: crossings().map(|c| c.depth).collect(),
             weights: crossings().map(|c| c.weight).collect(),
         }
-    }
-
-    /// The crossings of such numbers; none where they are not those of rays.
-    pub fn of_numbers(numbers: &LayerNumbers) -> Option<Layers> {
-        let LayerNumbers { rays, columns_of, rays_of, columns, ends, slots, depths, weights } = numbers;
-        let (count, all) = (columns_of.len(), slots.len());
-        let whole = |lengths: &[usize]| lengths.iter().try_fold(0usize, |sum, &n| sum.checked_add(n));
-        let lengths = whole(columns_of) == Some(columns.len()) && whole(rays_of) == Some(ends.len());
-        let sane = depths.iter().all(|&d| (d as usize) < all) && weights.iter().all(|w| w.is_finite() && *w >= 0.0);
-        if !lengths || !sane || *rays == 0 || (count, all, all) != (rays_of.len(), depths.len(), weights.len()) {
-            return None;
-        }
-        let (mut columns, mut ends, mut first) = (&columns[..], &ends[..], 0);
-        let row = |(&n, &rays): (&usize, &usize)| {
-            let (own, own_ends);
-            (own, columns) = columns.split_at(n);
-            (own_ends, ends) = ends.split_at(rays);
-            let last = first + own_ends.last().map_or(0, |&end| end as usize);
-            let crossing = |k: usize| Crossing { slot: slots[k], depth: depths[k], weight: weights[k] };
-            let is_row = own.is_sorted_by(|a, b| a < b) && own.last().is_none_or(|&j| (j as usize) < count);
-            let is_row = is_row && own_ends.is_sorted() && last <= all;
-            let crossings: Vec<Crossing> = is_row.then(|| (first..last).map(crossing).collect())?;
-            first = last;
-            let inside = crossings.iter().all(|c| (c.slot as usize) < n);
-            inside.then(|| Row { columns: own.to_vec(), ends: own_ends.to_vec(), crossings })
-        };
-        let rows: Vec<Row> = columns_of.iter().zip(rays_of).map(row).collect::<Option<_>>()?;
-        (first == all).then(|| Layers::new(Owners::everyone(count), rows, *rays))
-    }
-
-    /// The crossings of some rows with some columns.
-    pub fn restricted(&self, rows: &[bool], columns: &[bool]) -> Layers {
-        let part = |(i, row): (usize, &Row)| -> Row {
-            let mut part = Row::default();
-            for ray in row.rays().filter(|_| rows[i]) {
-                let before = part.crossings.len();
-                let met = ray.iter().map(|c| Crossing { slot: row.columns[c.slot as usize], ..*c });
-                part.crossings.extend(met.filter(|c| columns[c.slot as usize]));
-                if part.crossings.len() > before {
-                    part.ends.push(part.crossings.len() as u32);
-                }
-            }
-            part.number_columns();
-            part
-        };
-        let own = self.owners.own().into_par_iter().zip(&self.rows);
-        Layers::new(self.owners.clone(), own.map(part).collect(), self.rays)
     }
 
     /// Crossings kept, by all processes together.

@@ -14,9 +14,10 @@
 use glam::DVec3;
 
 use crate::form_factors::facet::Facet;
-use crate::form_factors::hull::{bounds, separated};
+use crate::form_factors::hull::separated;
 use crate::form_factors::plane::{Plane, crossing};
 use crate::form_factors::shadow::{Pieces, Shadow};
+use crate::scene::Bounds;
 
 /// A convex polygon that stops or dims light.
 #[derive(Clone, Debug)]
@@ -35,12 +36,10 @@ const STEPS: usize = 100;
 /// The occluders that may lie between the two facets, each of which lies in front of the other's plane.
 pub(crate) fn between<'a>(a: &Facet, b: &Facet, all: &'a [Occluder]) -> Vec<&'a Occluder> {
     let hull: Vec<DVec3> = a.points().chain(b.points()).collect();
-    let (low, high) = bounds(hull.iter().copied());
+    let around = Bounds::of(hull.iter().copied());
     let matters = |o: &&Occluder| {
-        let (l, h) = bounds(o.polygon.iter().copied());
-        let flat = DVec3::splat(o.plane.flat);
-        let reach = l.cmplt(high - flat).all() && h.cmpgt(low + flat).all();
-        reach
+        let flat = o.plane.flat;
+        Bounds::of(o.polygon.iter().copied()).meets(&Bounds { low: around.low + flat, high: around.high - flat })
             && rises(&a.plane, &o.polygon)
             && rises(&b.plane, &o.polygon)
             && straddles(&o.plane, &hull)

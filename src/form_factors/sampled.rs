@@ -13,7 +13,8 @@
 use glam::Vec3;
 
 use crate::form_factors::adaptive_integration::{Estimate, Tolerance};
-use crate::light::team;
+use crate::light::shares::draw;
+use crate::light::{nothing_passes, team};
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::warp::{cosine_direction, triangle_point};
 use crate::rays::{Hit, Ray, Rays, Side};
@@ -113,8 +114,7 @@ impl Sampler<'_> {
         for k in points {
             let at = |d: usize| sobol.point(k, d, seed);
             let share = f64::from(at(4)) * area;
-            let chosen = senders.partition_point(|s| s.until <= share);
-            let sender = &senders[chosen.min(senders.len() - 1)];
+            let sender = &senders[draw(senders, |s| s.until, share).index];
             let ray = Ray {
                 origin: triangle_point(sender.corners, at(0), at(1)),
                 direction: cosine_direction(sender.normal, at(2), at(3)),
@@ -134,7 +134,7 @@ impl Sampler<'_> {
 
     /// Calls `met` with the objects whose fronts a ray meets, and how much of it arrives there.
     fn meet(&self, ray: &Ray, hits: &mut Vec<Hit>, mut met: impl FnMut(usize, f64)) {
-        let opaque = self.tau.iter().all(|&t| t == 0.0);
+        let opaque = nothing_passes(self.tau.iter().copied());
         self.rays.light_crossings(ray, opaque, hits);
         self.rays.transmit(
             hits,

@@ -19,11 +19,12 @@ pub mod budget;
 pub(crate) mod gloss;
 pub(crate) mod interrupt;
 pub(crate) mod mode;
+pub mod shares;
 pub mod team;
 
 pub use gloss::Gloss;
 pub use interrupt::Interrupt;
-pub use mode::{Mode, Transport, TransportError};
+pub use mode::{Mode, Transport, TransportError, nothing_passes};
 
 use nalgebra::Matrix2;
 

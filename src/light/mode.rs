@@ -56,6 +56,11 @@ impl Transport {
     }
 }
 
+/// Whether surfaces of these tau let no light through: every ray ends at the first.
+pub fn nothing_passes(tau: impl IntoIterator<Item = f32>) -> bool {
+    tau.into_iter().all(|tau| tau == 0.0)
+}
+
 /// In reports: `mode`, null away from the corners, `alpha` and `tau`, as a person writes them (0.1, not 0.10000000149).
 impl Serialize for Transport {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {

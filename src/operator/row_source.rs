@@ -1,14 +1,14 @@
-//! Where rows of F come from: cast, as always, or kept by an earlier run.
+//! Where rows of F come from: cast, as always, or known already.
 //!
 //! F of one choice of tau depends on the geometry, the patches, the rays and their seed, and on nothing else: not on
 //! what surfaces reflect and emit, nor on alpha, which only choose the rows and columns that are needed. So a source
 //! may answer with what it has as long as that is what [`Cast`] would give.
 //!
-//! Not handled: keeping anything (`export::kept`, with the feature `export`).
+//! Not handled: where known rows are; whoever has them is a source of its own.
 
 use std::sync::Arc;
 
-use crate::form_factors::{FormFactors, Layers, Progress, Sampling, Variant, cast_counts, cast_layers};
+use crate::form_factors::{FormFactors, Progress, Sampling, Variant, cast_counts};
 use crate::light::team;
 use crate::patches::Patches;
 use crate::surfaces::Geometry;
@@ -33,9 +33,6 @@ pub trait RowSource: Send + Sync {
     /// F of every variant, and how many rays were cast for it.
     fn rows(&self, wanted: &Wanted) -> (Vec<FormFactors>, u64);
 
-    /// All crossings of the rays of the only variant, and how many were cast.
-    fn layers(&self, wanted: &Wanted) -> (Layers, u64);
-
     /// Whether it takes no ray.
     fn knows(&self, wanted: &Wanted) -> bool;
 
@@ -54,11 +51,6 @@ impl RowSource for Whole {
         (found.into_iter().map(FormFactors::whole).collect(), rays)
     }
 
-    fn layers(&self, wanted: &Wanted) -> (Layers, u64) {
-        let (found, rays) = self.0.layers(wanted);
-        (found.whole(), rays)
-    }
-
     fn knows(&self, wanted: &Wanted) -> bool {
         self.0.knows(wanted)
     }
@@ -71,11 +63,6 @@ impl RowSource for Cast {
     fn rows(&self, wanted: &Wanted) -> (Vec<FormFactors>, u64) {
         let Wanted { geometry, patches, variants, sampling, tick } = *wanted;
         cast_counts(&geometry.rays, patches, variants, sampling, &patches.ray_counts(sampling.rays), tick)
-    }
-
-    fn layers(&self, wanted: &Wanted) -> (Layers, u64) {
-        let Wanted { geometry, patches, variants, sampling, tick } = *wanted;
-        cast_layers(&geometry.rays, patches, &variants[0], sampling, tick)
     }
 
     fn knows(&self, _wanted: &Wanted) -> bool {

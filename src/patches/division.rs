@@ -227,39 +227,6 @@ pub(crate) enum Part {
 }
 
 impl Parts {
-    /// Numbers that say all: roots, wholes, and of each plane its axis, place and sides.
-    pub fn numbers(&self) -> [Vec<u32>; 3] {
-        let side = |part: Part| match part {
-            Part::Divided(next) => [0, next],
-            Part::Patch(patch) => [1, patch],
-        };
-        let plane = |plane: &Plane| {
-            let [below, beyond] = plane.sides.map(side);
-            [plane.axis as u32, plane.at.to_bits(), below[0], below[1], beyond[0], beyond[1]]
-        };
-        [self.roots.clone(), self.whole.clone(), self.planes.iter().flat_map(plane).collect()]
-    }
-
-    /// The parts of such numbers, where they are parts of `count` patches.
-    pub fn of_numbers([roots, whole, planes]: [Vec<u32>; 3], count: usize) -> Option<Parts> {
-        let (planes, rest) = planes.as_chunks::<6>();
-        let patches = (count + whole.len()) as u32;
-        let side = |at: usize, kind: u32, number: u32| match kind {
-            // Planes are numbered from above, so that there is an end to them.
-            0 if number as usize > at && (number as usize) < planes.len() => Some(Part::Divided(number)),
-            1 if number < patches => Some(Part::Patch(number)),
-            _ => None,
-        };
-        let plane = |(at, &[axis, place, a, b, c, d]): (usize, &[u32; 6])| {
-            let sides = [side(at, a, b)?, side(at, c, d)?];
-            (axis < AXES as u32).then(|| Plane { axis: axis as usize, at: f32::from_bits(place), sides })
-        };
-        let rooted = roots.iter().all(|&root| root == NONE || (root as usize) < planes.len());
-        let inside = rooted && whole.iter().all(|&w| (w as usize) < count) && roots.len() == count && rest.is_empty();
-        let planes = planes.iter().enumerate().map(plane).collect::<Option<_>>()?;
-        inside.then_some(Parts { roots, planes, whole, count })
-    }
-
     /// The part of a patch that a point with a normal lies in.
     #[inline]
     pub fn at(&self, patch: u32, position: Vec3, normal: Vec3) -> u32 {

@@ -16,4 +16,4 @@ pub(crate) mod scene_patches;
 
 pub use adjacency::Neighbours;
 pub use division::Sample;
-pub use scene_patches::{DivisionNumbers, Owner, Patches};
+pub use scene_patches::{Owner, Patches};

@@ -14,6 +14,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use crate::light::shares::draw;
 use crate::light::{Light, Rgb};
 use crate::patches::division::{Part, Parts, Sample, Tree, grow, number};
 use crate::patches::grid::{Fragment, Grid, NONE};
@@ -204,12 +205,10 @@ impl Patches {
     pub(crate) fn cut_point(&self, i: usize, u: f32, v: f32) -> SurfacePoint {
         let whole = self.parts.whole(i);
         let own = self.mesh.fragments(whole);
-        let k = own.partition_point(|f| f.share <= u).min(own.len() - 1);
-        let before = if k == 0 { 0.0 } else { own[k - 1].share };
-        // Stretch u over the chosen fragment, so that one stratified number serves twice.
-        let u = ((u - before) / (own[k].share - before)).clamp(0.0, 0.999_999_94);
-        let face = own[k].face;
-        SurfacePoint { position: triangle_point(own[k].corners, u, v), normal: self.normal(face, self.sides[i]), face }
+        let drawn = draw(own, |f| f.share, u);
+        let Fragment { corners, face, .. } = own[drawn.index];
+        let position = triangle_point(corners, drawn.again(), v);
+        SurfacePoint { position, normal: self.normal(face, self.sides[i]), face }
     }
 
     /// The triangles a patch consists of, with the face each is a part of.
@@ -385,21 +384,6 @@ fn mean(pieces: &[(f64, Means)]) -> Option<Means> {
     (!pieces.is_empty()).then_some(mean)
 }
 
-/// What light has divided a mesh into, as numbers.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DivisionNumbers {
-    /// First planes of the mesh's patches, the patch of every part, and the planes.
-    pub parts: [Vec<u32>; 3],
-    /// Areas of all patches, unit coordinates squared.
-    pub areas: Vec<f64>,
-    /// Points that stand for each patch.
-    pub counts: Vec<usize>,
-    /// Their faces.
-    pub faces: Vec<u32>,
-    /// Their positions and normals, six numbers each.
-    pub places: Vec<f32>,
-}
-
 impl Patches {
     /// Whether patches were divided by light.
     pub fn are_divided(&self) -> bool {
@@ -449,56 +433,6 @@ impl Patches {
         }
         all.parts.planes = planes;
         all
-    }
-
-    /// The division as numbers; none where patches were not divided.
-    pub fn division(&self) -> Option<DivisionNumbers> {
-        self.are_divided().then(|| DivisionNumbers {
-            parts: self.parts.numbers(),
-            areas: self.areas.clone(),
-            counts: self.points.iter().map(Vec::len).collect(),
-            faces: self.points.iter().flatten().map(|point| point.face).collect(),
-            places: self
-                .points
-                .iter()
-                .flatten()
-                .flat_map(|p| [p.position.to_array(), p.normal.to_array()])
-                .flatten()
-                .collect(),
-        })
-    }
-
-    /// The same mesh divided as numbers of it say; none where they are not those of a division of it.
-    pub fn divided_as(&self, numbers: DivisionNumbers) -> Option<Patches> {
-        let Mesh { areas, materials, sides, parents, normals, .. } = &*self.mesh;
-        let DivisionNumbers { parts, areas: own, counts, faces, places } = numbers;
-        let parts = Parts::of_numbers(parts, areas.len())?;
-        let (places, rest) = places.as_chunks::<6>();
-        let all = areas.len() + parts.whole.len();
-        let fits = own.len() == all && counts.len() == all && faces.len() == places.len() && rest.is_empty();
-        let known = faces.iter().all(|&face| (face as usize) < normals.len());
-        let finite = own.iter().all(|a| a.is_finite() && *a >= 0.0) && places.iter().flatten().all(|x| x.is_finite());
-        let sum = counts.iter().try_fold(0usize, |sum, &count| sum.checked_add(count))?;
-        if !fits || !known || !finite || sum != faces.len() {
-            return None;
-        }
-        let point = |(&face, &[x, y, z, nx, ny, nz]): (&u32, &[f32; 6])| SurfacePoint {
-            position: Vec3::new(x, y, z),
-            normal: Vec3::new(nx, ny, nz),
-            face,
-        };
-        let mut points = faces.iter().zip(places).map(point);
-        let whole = |k: usize| parts.whole(k);
-        Some(Patches {
-            materials: (0..all).map(|k| materials[whole(k)]).collect(),
-            sides: (0..all).map(|k| sides[whole(k)]).collect(),
-            parents: (0..all).map(|k| parents[whole(k)]).collect(),
-            points: counts.iter().map(|&count| points.by_ref().take(count).collect()).collect(),
-            areas: own,
-            mesh: Arc::clone(&self.mesh),
-            parts,
-            requested: self.requested,
-        })
     }
 
     /// Rays of each patch where `rays` are requested of all in the mean: in proportion to the points that stand for a

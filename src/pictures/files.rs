@@ -159,12 +159,45 @@ pub struct NamedPicture<P> {
     pub picture: P,
 }
 
+/// Writes a picture with layers: in one EXR file, or each in a file of its own beside it; returns the files. An EXR file
+/// has the picture in its channels R, G and B and each layer under its name, `lamp.desk.R` or `bounce.2.R`.
+///
+/// # Errors
+/// As [`write_picture`].
+pub fn write_layered(
+    path: &Path,
+    picture: &Picture,
+    layers: &[NamedPicture<&Picture>],
+    exposure: Exposure,
+) -> Result<Vec<PathBuf>, ImageError> {
+    let mut files = vec![path.to_path_buf()];
+    if is_exr(path) && !layers.is_empty() {
+        write_layers(path, picture, layers)?;
+        return Ok(files);
+    }
+    write_picture(path, picture, exposure)?;
+    for layer in layers {
+        let own = layer_path(path, &layer.name);
+        write_picture(&own, layer.picture, exposure)?;
+        files.push(own);
+    }
+    Ok(files)
+}
+
+/// The place of a layer's own file beside the picture's; what may not be in a file's name is replaced.
+fn layer_path(path: &Path, layer: &str) -> PathBuf {
+    let [stem, extension] = [path.file_stem(), path.extension()].map(|s| s.unwrap_or_default().to_string_lossy());
+    let safe = |c: char| if c.is_alphanumeric() || "-_.+".contains(c) { c } else { '-' };
+    let layer: String = layer.chars().map(safe).collect();
+    path.with_file_name(format!("{stem}-{layer}.{extension}"))
+}
+
 /// Writes a picture with others of the same size as its layers, an `.exr` file. Names keep what is printable of ASCII;
 /// of two that become the same the second has a number.
 ///
 /// # Errors
 /// Pictures without pixels or of two sizes, or a destination that cannot be written. Nothing is left behind.
-pub fn write_layers(
+fn write_layers(
     path: impl AsRef<Path>,
     picture: &Picture,
     layers: &[NamedPicture<&Picture>],

@@ -22,7 +22,7 @@ pub enum MetricError {
     #[error("the {what} has {} x {} pixels, the picture {} x {}", found.width, found.height, size.width, size.height)]
     #[diagnostic(
         code(halflight::metric::size),
-        help("compare pictures of one size: render again with --size, or reduce the larger one")
+        help("compare pictures of one size: render one again, or reduce the larger one")
     )]
     Size {
         /// `reference`, `mask` or `standard error`.

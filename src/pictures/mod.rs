@@ -18,7 +18,7 @@ pub use atomic::{
 };
 pub use files::{
     ImageError, NamedPicture, check_extension, encode_png, encode_texels, is_exr, read_layers, read_picture,
-    write_bitmap, write_layers, write_picture,
+    write_bitmap, write_layered, write_picture,
 };
 pub use metrics::{
     Largest, MeanDifference, MetricError, largest_difference, mean_difference, mean_e_pixel, relative_rms,

@@ -85,8 +85,6 @@ pub(crate) struct Memory {
 #[derive(Clone)]
 pub(crate) struct Walker<'a> {
     pub view: &'a View<'a>,
-    /// Every ray ends at its first crossing.
-    opaque: bool,
     /// Width at distance 1 of the cone over which a ray sees the mean of a texture.
     cone: f64,
     /// Some surface has a texture.
@@ -95,12 +93,7 @@ pub(crate) struct Walker<'a> {
 
 impl<'a> Walker<'a> {
     pub fn new(view: &'a View<'a>) -> Walker<'a> {
-        Walker {
-            view,
-            opaque: view.lights.transports.iter().all(|t| t.tau == 0.0),
-            cone: 0.0,
-            textured: view.scene.is_textured(),
-        }
+        Walker { view, cone: 0.0, textured: view.scene.is_textured() }
     }
 
     /// The same walker with rays that see means of textures over a cone so wide at distance 1.
@@ -205,7 +198,7 @@ impl<'a> Walker<'a> {
     #[inline(always)]
     pub fn each(&self, ray: &Ray, hits: &mut Vec<Hit>, meet: impl FnMut(&Hit, f32)) -> f64 {
         let view = self.view;
-        view.rays.light_crossings(ray, self.opaque, hits);
+        view.rays.light_crossings(ray, view.lights.opaque, hits);
         view.rays.transmit(hits, |m| view.lights.transports[m].tau, meet);
         hits.first().map_or(0.0, |hit| 1.0 / f64::from(hit.t))
     }

@@ -2,6 +2,7 @@
 //!
 //! One cast of rays serves all the modes requested. Not handled: how many patches and rays; callers choose.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -67,27 +68,23 @@ pub trait Watch: Send + Sync {
     fn begin(&self, step: &str, length: u64);
     /// So many ticks were done.
     fn tick(&self, done: u64);
-    /// The light that a picture is made of is known.
-    fn solved(&self, _light: &PatchLight) {}
-    /// Whether all of that light is wanted, its terms and errors too.
-    fn wants_light(&self) -> bool {
-        false
-    }
 }
 
 /// Light on patches.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub struct PatchLight<'a> {
-    /// The equation.
-    pub mode: &'a Assembled,
+    /// The default (alpha, tau) it was solved for.
+    pub transport: Transport,
+    /// The patches, and what lights them.
+    pub lights: Arc<Lights>,
     /// The rays of each F that it was solved with; the light is the mean of all.
-    pub casts: &'a [Sampling],
+    pub casts: Vec<Sampling>,
     /// `L`.
-    pub light: &'a [Light],
+    pub light: Cow<'a, [Light]>,
     /// `KⁿE`.
-    pub terms: &'a [Vec<Light>],
+    pub terms: Cow<'a, [Vec<Light>]>,
     /// Standard error of the visible half of `L`, where it is known.
-    pub error: Option<&'a [Rgb]>,
+    pub error: Option<Vec<Rgb>>,
 }
 
 /// Watches nothing.
@@ -109,8 +106,6 @@ pub struct Discretization {
     pub patches: Arc<Patches>,
     /// Where rows of F come from.
     pub rows: Arc<dyn RowSource>,
-    /// Rays of each patch that a search for a tolerance begins with, where these patches are those of an earlier one.
-    pub begins_with: Option<u32>,
 }
 
 impl Discretization {
@@ -119,7 +114,7 @@ impl Discretization {
         let geometry = Geometry::new(scene);
         let luminaires = Arc::new(Luminaires::new(&geometry.scene));
         let patches = Arc::new(Patches::cut(&geometry, patches));
-        Discretization { geometry, luminaires, patches, rows: Arc::new(Cast), begins_with: None }
+        Discretization { geometry, luminaires, patches, rows: Arc::new(Cast) }
     }
 
     /// The same with the light of each emitter kept apart.
@@ -140,7 +135,7 @@ impl Discretization {
 
     /// The same scene on other patches.
     pub fn with_patches(&self, patches: Patches) -> Discretization {
-        Discretization { patches: Arc::new(patches), begins_with: None, ..self.clone() }
+        Discretization { patches: Arc::new(patches), ..self.clone() }
     }
 
     /// (alpha, tau) of every material in a mode.
@@ -317,9 +312,14 @@ impl Assembled {
     }
 
     /// A solution of one F.
-    pub fn light<'a>(&'a self, solution: &'a Solution) -> PatchLight<'a> {
-        let casts = std::slice::from_ref(&self.sampling);
-        PatchLight { mode: self, casts, light: &solution.light, terms: &solution.terms, error: None }
+    pub fn light<'a>(&self, solution: &'a Solution) -> PatchLight<'a> {
+        self.patch_light((&solution.light).into(), (&solution.terms).into())
+    }
+
+    /// Light of which no error is known.
+    pub(crate) fn patch_light<'a>(&self, light: Cow<'a, [Light]>, terms: Cow<'a, [Vec<Light>]>) -> PatchLight<'a> {
+        let (transport, lights, casts) = (self.transport, Arc::clone(&self.lights), vec![self.sampling]);
+        PatchLight { transport, lights, casts, light, terms, error: None }
     }
 
     /// Shoots rays from the same patches in the same mode.

@@ -17,7 +17,8 @@ use crate::light::{Light, Transport};
 use crate::operator::{EmitterLight, LinearOperator};
 use crate::render::assembly::{Assembled, Discretization, Watch, assemble};
 use crate::render::fineness::Fineness;
-use crate::render::memory::{Held, fewer};
+use crate::render::memory::Held;
+use crate::render::pilot::fewer;
 use crate::solve::{Solution, each_bounce, explore, powers};
 
 /// Standard errors of the walks that are aimed at, as a share of the tolerance.
@@ -161,8 +162,7 @@ pub(crate) fn bounces_to_tolerance(
     let sampling = fineness.sampling(goal.seed);
     let p = first.cut(fineness.patches);
     let held = Held { casts: 1, solutions: 1, bounces: Some(goal.count) };
-    let less = if p.knows(&[transport], &sampling) { None } else { fewer(&p, transport, &sampling, held, goal.memory) };
-    let p = less.unwrap_or(p);
+    let p = fewer(&p, transport, &sampling, held, goal.memory.into()).unwrap_or(p);
     let lights = p.lights(p.transports(transport), goal.tolerance);
     let mode = assemble(&[(transport, lights)], &*p.rows, &sampling, watch).0.remove(0);
     let mut solution = explore(&mode.operator, goal.count);

@@ -5,6 +5,7 @@ use std::time::Instant;
 use crate::error::deadline::{is_over, would_be_over};
 use crate::pictures::Size;
 use crate::render::assembly::Seconds;
+use crate::render::memory::MemoryLimit;
 
 /// Share of the remaining time that the light on patches may take; the rest is the gather pass's.
 const LIGHT: f64 = 2.0 / 3.0;
@@ -19,7 +20,7 @@ pub(crate) struct PictureGoal {
     /// When the picture is to be there, whatever is reached by then; no end where there is none.
     pub deadline: Option<Instant>,
     /// Bytes that K may take; patches that are cut anew stay within.
-    pub memory: f64,
+    pub memory: MemoryLimit,
     /// Chooses the scrambling of all points.
     pub seed: u32,
 }

@@ -1,12 +1,13 @@
-//! A picture and how far it may be off: what `halflight render` returns and reports.
+//! A picture and how far it may be off.
 
-use std::path::{Path, PathBuf};
+use std::fmt::{self, Display, Formatter};
+use std::path::Path;
 
 use crate::form_factors::Closure;
 use crate::gather::Gathered;
 use crate::operator::Bounds;
-use crate::pictures::{Exposure, ImageError, NamedPicture, Picture, is_exr, write_layers, write_picture};
-use crate::render::assembly::{Assembled, Seconds};
+use crate::pictures::{Exposure, ImageError, NamedPicture, Picture, write_picture};
+use crate::render::assembly::{Assembled, PatchLight, Seconds};
 use crate::render::goal::Spent;
 use crate::render::layers::{Apart, EmitterPower, Layer, named};
 use crate::solve::{Solution, Verdict};
@@ -45,6 +46,16 @@ pub enum Ended {
     ByTime,
 }
 
+/// Whether the light on patches is returned with a picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LightOnPatches {
+    /// In [`Rendered::light`].
+    Returned,
+    /// Only the picture is.
+    #[default]
+    LeftOut,
+}
+
 /// A picture of one mode, and how far it may be off.
 pub struct Rendered {
     /// Linear radiance.
@@ -55,6 +66,8 @@ pub struct Rendered {
     pub layers: Vec<Layer>,
     /// The powers of the emitters, where their light is kept apart.
     pub emitters: Vec<EmitterPower>,
+    /// The light on patches that the picture was read from, where that was requested.
+    pub light: Option<PatchLight<'static>>,
     /// Estimated errors of the picture.
     pub error: ErrorParts,
     /// What ended the work on it.
@@ -92,6 +105,7 @@ impl Rendered {
             picture: gathered.total(),
             layers: named(mode, apart, layers),
             emitters: Vec::new(),
+            light: None,
             error: ErrorParts::default(),
             ended: Ended::ByItself,
             seconds: spent.seconds,
@@ -112,42 +126,19 @@ impl Rendered {
         self.sees > 0.0 && self.picture.pixels.iter().all(dark)
     }
 
-    /// Why a picture's estimated error is above its tolerance, and what would help; none where it is not.
-    pub fn unmet(&self, tolerance: f64) -> Option<String> {
-        let error = &self.error;
+    /// Why a picture's estimated error is above its tolerance; none where it is not.
+    pub fn unmet(&self, tolerance: f64) -> Option<Unmet> {
+        let error = self.error;
         if error.total <= tolerance {
             return None;
         }
-        let parts = [
-            (error.form_factors, "noise of F"),
-            (error.patches, "the light read on patches"),
-            (error.truncation, "the series' truncation"),
-            (error.gather, "the gather pass"),
-        ];
-        let largest = parts.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
-        let (part, name) = largest.unwrap_or_default();
-        if self.is_black() {
-            return Some(
-                "the scene emits light, but no ray found any on what the camera sees: the error is not known".into(),
-            );
-        }
-        if error.total >= 1.0 {
-            return Some(format!(
-                "the error is not known: most of the light comes by ways that few rays find ({name})"
-            ));
-        }
         let why = match self.ended {
-            Ended::ByTime => "when the time was over; a longer --time helps",
-            Ended::ByItself => {
-                "which more effort lessened too little; a larger --size leaves less to bend within a pixel"
-            }
+            _ if self.is_black() => Shortfall::Unseen,
+            _ if error.total >= 1.0 => Shortfall::Unknown,
+            Ended::ByTime => Shortfall::Time,
+            Ended::ByItself => Shortfall::Effort,
         };
-        Some(format!(
-            "estimated error {:.2} %, more than the {:.2} % asked for; most of it ({:.2} %) is {name}, {why}",
-            100.0 * error.total,
-            100.0 * tolerance,
-            100.0 * part,
-        ))
+        Some(Unmet { tolerance, error, why })
     }
 
     /// Writes the picture: `.exr` holds its radiances, `.png` what the eye is to see of them.
@@ -158,21 +149,10 @@ impl Rendered {
         write_picture(path, &self.picture, Exposure::default())
     }
 
-    /// Writes the picture with its layers, and to `.exr` where that is wanted the standard error of all; returns the
-    /// files. An EXR file has the picture in its channels R, G and B and each layer under its name, `lamp.desk.R` or
-    /// `bounce.2.R`. PNG files have one picture each, so that layers are files of their own.
-    ///
-    /// # Errors
-    /// As [`Rendered::save`].
-    pub fn save_layers(
-        &self,
-        path: impl AsRef<Path>,
-        exposure: Exposure,
-        errors: Errors,
-    ) -> Result<Vec<PathBuf>, ImageError> {
-        let path = path.as_ref();
-        let with_errors = errors == Errors::Written && is_exr(path);
+    /// The layers by their names in files, with the standard errors of all where they are wanted.
+    pub fn named_layers(&self, errors: Errors) -> Vec<NamedPicture<&Picture>> {
         let named = |name: String, picture| NamedPicture { name, picture };
+        let with_errors = errors == Errors::Written;
         let mut layers = Vec::new();
         if with_errors {
             layers.push(named(STANDARD_ERROR.into(), &self.standard_error));
@@ -183,32 +163,68 @@ impl Rendered {
                 layers.push(named(format!("{}.{STANDARD_ERROR}", kind.name()), &light.standard_error));
             }
         }
-        write_layered(path, &self.picture, &layers, exposure)
+        layers
     }
 }
 
-/// Writes a picture with layers: in one EXR file, or each in a file of its own beside it; returns the files.
-///
-/// # Errors
-/// As [`Rendered::save`].
-pub fn write_layered(
-    path: &Path,
-    picture: &Picture,
-    layers: &[NamedPicture<&Picture>],
-    exposure: Exposure,
-) -> Result<Vec<PathBuf>, ImageError> {
-    let mut files = vec![path.to_path_buf()];
-    if is_exr(path) && !layers.is_empty() {
-        write_layers(path, picture, layers)?;
-        return Ok(files);
+/// An estimated error that is above its tolerance.
+#[derive(Clone, Copy, Debug)]
+pub struct Unmet {
+    /// The tolerance.
+    pub tolerance: f64,
+    /// The estimated errors.
+    pub error: ErrorParts,
+    /// What keeps them above it.
+    pub why: Shortfall,
+}
+
+/// What keeps an estimated error above its tolerance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shortfall {
+    /// No ray found any light on what the camera sees, so the error is not known.
+    Unseen,
+    /// Few rays find the ways by which most of the light comes, so the error is not known.
+    Unknown,
+    /// The time was over.
+    Time,
+    /// More effort lessened it too little.
+    Effort,
+}
+
+impl Display for Unmet {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        let Unmet { tolerance, error, why } = self;
+        let parts = [
+            (error.form_factors, "noise of F"),
+            (error.patches, "the light read on patches"),
+            (error.truncation, "the series' truncation"),
+            (error.gather, "the gather pass"),
+        ];
+        let largest = parts.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
+        let (part, name) = largest.unwrap_or_default();
+        let ended = match why {
+            Shortfall::Unseen => {
+                return f.write_str(
+                    "the scene emits light, but no ray found any on what the camera sees: the error is not known",
+                );
+            }
+            Shortfall::Unknown => {
+                return write!(
+                    f,
+                    "the error is not known: most of the light comes by ways that few rays find ({name})"
+                );
+            }
+            Shortfall::Time => "when the time was over",
+            Shortfall::Effort => "which more effort lessened too little",
+        };
+        write!(
+            f,
+            "estimated error {:.2} %, more than the {:.2} % asked for; most of it ({:.2} %) is {name}, {ended}",
+            100.0 * error.total,
+            100.0 * tolerance,
+            100.0 * part,
+        )
     }
-    write_picture(path, picture, exposure)?;
-    for layer in layers {
-        let own = layer_path(path, &layer.name);
-        write_picture(&own, layer.picture, exposure)?;
-        files.push(own);
-    }
-    Ok(files)
 }
 
 /// Whether the standard errors of pixels are written.
@@ -223,11 +239,3 @@ pub enum Errors {
 
 /// What names the standard error of a picture or a layer.
 pub const STANDARD_ERROR: &str = "standard error";
-
-/// The place of a layer's own file beside the picture's; what may not be in a file's name is replaced.
-fn layer_path(path: &Path, layer: &str) -> PathBuf {
-    let [stem, extension] = [path.file_stem(), path.extension()].map(|s| s.unwrap_or_default().to_string_lossy());
-    let safe = |c: char| if c.is_alphanumeric() || "-_.+".contains(c) { c } else { '-' };
-    let layer: String = layer.chars().map(safe).collect();
-    path.with_file_name(format!("{stem}-{layer}.{extension}"))
-}

@@ -99,12 +99,12 @@ fn towards_camera(scene: &Scene, faces: u32) -> DVec3 {
 
 /// The nearest camera along a way that has all corners of the bounding box within 95 % of its picture.
 fn from_outside(scene: &Scene, walls: &Walls, to_camera: DVec3) -> Camera {
-    let middle = 0.5 * (walls.low + walls.high);
+    let middle = walls.bounds.middle();
     let view = |distance: f64| look(middle + distance * to_camera, middle, DEFAULT_FOV, scene);
     let (right, up) = (view(1.0).right.as_dvec3(), view(1.0).up.as_dvec3());
     let slope = 0.95 * (0.5 * DEFAULT_FOV).to_radians().tan();
     let needed = (0..8).map(|i| {
-        let pick = |axis: usize| if i & (1 << axis) == 0 { walls.low[axis] } else { walls.high[axis] };
+        let pick = |axis: usize| if i & (1 << axis) == 0 { walls.bounds.low[axis] } else { walls.bounds.high[axis] };
         let offset = DVec3::new(pick(0), pick(1), pick(2)) - middle;
         let across = offset.dot(right).abs().max(offset.dot(up).abs());
         across / slope + offset.dot(to_camera)
@@ -114,7 +114,7 @@ fn from_outside(scene: &Scene, walls: &Walls, to_camera: DVec3) -> Camera {
 
 /// Of the places near the room's upper corners, the one that sees the most sides that reflect, and then the farthest.
 fn from_corner(scene: &Scene, walls: &Walls) -> Camera {
-    let (middle, half) = (0.5 * (walls.low + walls.high), 0.5 * (walls.high - walls.low));
+    let (middle, half) = (walls.bounds.middle(), 0.5 * walls.bounds.size());
     let target = middle - half * DVec3::new(0.0, 0.2, 0.0);
     let cameras = walls.places().map(|place| look(place, target, INSIDE_FOV, scene));
     let scored = cameras.map(|camera| (sight(walls, &camera), camera));

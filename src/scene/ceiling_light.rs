@@ -21,6 +21,7 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 use glam::{DVec2, DVec3, Vec3, Vec3Swizzles};
 
 use crate::light::Rgb;
+use crate::scene::bounds::Bounds;
 use crate::scene::enclosure::{Line, Walls};
 use crate::scene::model::{Material, Scene};
 use crate::scene::soup::{Polygon, Soup};
@@ -43,7 +44,7 @@ const RAYS: usize = 16;
 /// Adds the luminaire of a scene to the polygons that the scene was made of.
 pub(crate) fn add(scene: &Scene, soup: &mut Soup) {
     let walls = Walls::new(scene, scene.solid_faces());
-    let (size, middle) = (walls.high - walls.low, 0.5 * (walls.low + walls.high));
+    let (size, middle, bottom) = (walls.bounds.size(), walls.bounds.middle(), walls.bounds.low.y);
     let wide = size.x.max(size.z).max(MARGIN);
     // What has no depth, like a wall alone, is lit from a place that has.
     let side = |length: f64| if length < MARGIN * size.max_element() { 0.5 * wide } else { length };
@@ -51,13 +52,13 @@ pub(crate) fn add(scene: &Scene, soup: &mut Soup) {
     let panel = 0.5 * floor;
     let is_below = |face: u32| {
         let flat = scene.corners(face).map(|p| (p.as_dvec3() - middle).xz() / panel);
-        let (low, high) = (flat[0].min(flat[1]).min(flat[2]), flat[0].max(flat[1]).max(flat[2]));
+        let Bounds { low, high } = Bounds::of(flat);
         let top = scene.corners(face).into_iter().fold(f32::MIN, |top, p| top.max(p.y));
-        low.cmple(DVec2::ONE).all() && high.cmpge(DVec2::NEG_ONE).all() && f64::from(top) - walls.low.y >= 0.9 * size.y
+        low.cmple(DVec2::ONE).all() && high.cmpge(DVec2::NEG_ONE).all() && f64::from(top) - bottom >= 0.9 * size.y
     };
     let ceiling = ceiling(&walls, middle, panel);
     let height = match ceiling {
-        Some(ceiling) => ceiling - walls.low.y - MARGIN * size.y,
+        Some(ceiling) => ceiling - bottom - MARGIN * size.y,
         None if (0..scene.solid_faces()).any(is_below) => size.y + 0.25 * wide,
         None => (1.0 - MARGIN) * size.y,
     };
@@ -66,7 +67,7 @@ pub(crate) fn add(scene: &Scene, soup: &mut Soup) {
     let radiance = (factor + returned).recip().min(1e30) as f32;
     let first = soup.vertices.len() as u32;
     let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
-        .map(|(x, z)| DVec3::new(middle.x + x * panel.x, walls.low.y + height, middle.z + z * panel.y));
+        .map(|(x, z)| DVec3::new(middle.x + x * panel.x, bottom + height, middle.z + z * panel.y));
     soup.vertices.extend(corners.map(|corner| scene.frame.to_file(corner)));
     soup.corners.extend(first..first + 4);
     let (material, object) = (soup.materials.len() as u32, soup.objects.len() as u32);

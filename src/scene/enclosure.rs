@@ -13,6 +13,7 @@ use std::f64::consts::PI;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use crate::scene::bounds::Bounds;
 use crate::scene::punctual::PunctualLight;
 use crate::scene::{Scene, Sides};
 
@@ -44,11 +45,10 @@ const LARGER: [f32; 2] = [1e-4, 1e-5];
 /// The faces of a scene that rays meet.
 pub(crate) struct Walls {
     list: Vec<Wall>,
-    /// The lowest and highest corner of each [`GROUP`].
-    boxes: Vec<[Vec3; 2]>,
-    /// The scene's bounding box.
-    pub low: DVec3,
-    pub high: DVec3,
+    /// Around each [`GROUP`].
+    boxes: Vec<Bounds<Vec3>>,
+    /// Around the scene.
+    pub bounds: Bounds<DVec3>,
 }
 
 struct Wall {
@@ -71,13 +71,10 @@ pub(crate) struct Met {
 impl Walls {
     /// The first faces of a scene, so many.
     pub fn new(scene: &Scene, faces: u32) -> Walls {
-        let (low, high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let mut walls = Walls { list: Vec::new(), boxes: Vec::new(), low, high };
+        let corners = (0..faces).flat_map(|face| scene.corners(face)).map(|corner| corner.as_dvec3());
+        let mut walls = Walls { list: Vec::new(), boxes: Vec::new(), bounds: Bounds::of(corners) };
         for face in 0..faces {
             let [a, b, c] = scene.corners(face);
-            for corner in [a, b, c].map(|corner| corner.as_dvec3()) {
-                (walls.low, walls.high) = (walls.low.min(corner), walls.high.max(corner));
-            }
             let material = scene.material(face);
             if !material.is_masked() {
                 walls.list.push(Wall { corner: a, edges: [b - a, c - a], sides: material.sides });
@@ -112,7 +109,7 @@ impl Walls {
 
     /// Places within the bounding box, towards its edges and near its middle.
     pub fn places(&self) -> impl Iterator<Item = DVec3> {
-        let (middle, half) = (0.5 * (self.low + self.high), 0.5 * (self.high - self.low));
+        let (middle, half) = (self.bounds.middle(), 0.5 * self.bounds.size());
         let signs = [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)];
         [0.85, 0.5, 0.15]
             .into_iter()
@@ -145,7 +142,7 @@ impl Walls {
 
     /// Rays from all around towards the middle.
     fn seen_from_outside(&self) -> Ends {
-        let (middle, far) = (0.5 * (self.low + self.high), 2.0 * (self.high - self.low).length());
+        let (middle, far) = (self.bounds.middle(), 2.0 * self.bounds.size().length());
         let rays: Vec<Line> = directions(0).map(|way| (middle.as_vec3() - far as f32 * way, way)).collect();
         Ends::of(&self.nearest(&rays))
     }
@@ -220,12 +217,11 @@ impl Wall {
 }
 
 /// A box around walls.
-fn box_of(walls: &[Wall]) -> [Vec3; 2] {
+fn box_of(walls: &[Wall]) -> Bounds<Vec3> {
     let corners = |wall: &Wall| [wall.corner, wall.corner + wall.edges[0], wall.corner + wall.edges[1]];
-    let low = walls.iter().flat_map(corners).fold(Vec3::INFINITY, Vec3::min);
-    let high = walls.iter().flat_map(corners).fold(Vec3::NEG_INFINITY, Vec3::max);
-    let larger = Vec3::splat(LARGER[0] * (high - low).length() + LARGER[1]);
-    [low - larger, high + larger]
+    let bounds = Bounds::of(walls.iter().flat_map(corners));
+    let larger = LARGER[0] * bounds.size().length() + LARGER[1];
+    Bounds { low: bounds.low - larger, high: bounds.high + larger }
 }
 
 /// One over each part of a ray's direction, finite where that is 0.
@@ -234,8 +230,8 @@ fn slopes((_, way): &Line) -> Vec3 {
 }
 
 /// Whether a ray passes through a box.
-fn passes(bounds: &[Vec3; 2], origin: Vec3, slopes: Vec3) -> bool {
-    let [a, b] = bounds.map(|corner| (corner - origin) * slopes);
+fn passes(bounds: &Bounds<Vec3>, origin: Vec3, slopes: Vec3) -> bool {
+    let [a, b] = [bounds.low, bounds.high].map(|corner| (corner - origin) * slopes);
     a.min(b).max_element().max(0.0) <= a.max(b).min_element()
 }
 
@@ -263,7 +259,7 @@ mod tests {
             let scene = Scene::builtin(name, LoadOptions::default()).unwrap().unwrap();
             let walls = Walls::new(&scene, scene.solid_faces());
             let all_around = |(turn, place): (usize, DVec3)| directions(turn).map(move |way| (place.as_vec3(), way));
-            let axes = [Vec3::X, Vec3::NEG_Y, Vec3::Z].map(|way| (walls.low.as_vec3(), way));
+            let axes = [Vec3::X, Vec3::NEG_Y, Vec3::Z].map(|way| (walls.bounds.low.as_vec3(), way));
             let rays: Vec<Line> = walls.places().enumerate().flat_map(all_around).chain(axes).collect();
             for (ray, found) in rays.iter().zip(walls.nearest(&rays)) {
                 let all = walls.list.iter().filter_map(|wall| wall.meet(ray)).map(|met| met.distance);

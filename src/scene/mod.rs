@@ -7,6 +7,7 @@
 //!
 //! Not handled: smooth normals, bump maps, curves, instances.
 
+mod bounds;
 mod build;
 pub mod builtin;
 mod camera;
@@ -29,6 +30,7 @@ mod soup;
 mod surface;
 pub mod textures;
 
+pub use bounds::{Bounds, Coordinates};
 pub use build::GivenFace;
 pub(crate) use coincident::planes;
 pub use emission::{Emitters, MOST_EMITTERS, SkyLight};

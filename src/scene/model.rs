@@ -8,6 +8,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use crate::light::{Gloss, Light, Rgb, Transport, TransportError, Visibility};
+use crate::scene::bounds::Bounds;
 use crate::scene::punctual::PunctualLight;
 use crate::scene::textures::{Maps, Mask};
 
@@ -97,8 +98,7 @@ pub struct UnitFrame {
 impl UnitFrame {
     /// The frame of some points; none if there are none or all coincide.
     pub fn of(points: impl Iterator<Item = DVec3>) -> Option<UnitFrame> {
-        let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let (low, high) = points.fold(start, |(low, high), p| (low.min(p), high.max(p)));
+        let Bounds { low, high } = Bounds::of(points);
         // Halves first: the sum of two large numbers overflows.
         let scale = (0.5 * high - 0.5 * low).max_element();
         let center = 0.5 * low + 0.5 * high;

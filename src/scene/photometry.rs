@@ -10,6 +10,8 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
+use crate::light::shares::{Drawn, Shares};
+
 /// Lumens of a watt of white light: the luminous efficacy that CIE Y is scaled by.
 pub const EFFICACY: f64 = 683.0;
 /// Radiant intensity by direction.
@@ -23,8 +25,8 @@ pub struct Photometry {
     horizontal: Vec<f64>,
     /// W/sr of every gamma, for one phi after the other.
     intensity: Vec<f64>,
-    /// `Omega I` of the cells between angles added up, gamma by gamma for one phi after the other, W.
-    cumulative: Vec<f64>,
+    /// `Omega I` of the cells between angles, gamma by gamma for one phi after the other, W.
+    cells: Shares,
 }
 
 /// A direction drawn in proportion to the intensity, nearly.
@@ -60,18 +62,15 @@ impl Photometry {
 
     /// Power of all directions, as the mean of each cell's corners, W.
     pub fn power(&self) -> f64 {
-        self.cumulative.last().copied().unwrap_or(0.0)
+        self.cells.total()
     }
 
     /// The direction that belongs to a point of the unit square; without bias by its weight.
     pub fn draw(&self, u: f64, v: f64) -> DrawnDirection {
-        let at = u * self.power();
-        let cell = self.cumulative.partition_point(|&until| until <= at).min(self.cumulative.len() - 1);
-        let before = if cell == 0 { 0.0 } else { self.cumulative[cell - 1] };
-        let within = ((at - before) / (self.cumulative[cell] - before)).clamp(0.0, 1.0);
+        let Drawn { index: cell, rest: within, .. } = self.cells.draw(u);
         let (j, i) = (cell / (self.vertical.len() - 1), cell % (self.vertical.len() - 1));
         let [near, far] = [i, i + 1].map(|i| self.vertical[i].cos());
-        let cosine = near + within * (far - near);
+        let cosine = near + within.clamp(0.0, 1.0) * (far - near);
         let phi = self.horizontal[j] + v * (self.horizontal[j + 1] - self.horizontal[j]);
         let (sin, cos) = phi.sin_cos();
         let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
@@ -83,17 +82,16 @@ impl Photometry {
 
     /// From the intensities of every gamma, for one phi after the other; at least two of both.
     pub(crate) fn new(frame: [DVec3; 3], vertical: Vec<f64>, horizontal: Vec<f64>, intensity: Vec<f64>) -> Photometry {
-        let mut found = Photometry { frame, vertical, horizontal, intensity, cumulative: Vec::new() };
-        let mut sum = 0.0;
-        for j in 0..found.horizontal.len() - 1 {
+        let columns = vertical.len() - 1;
+        let cells = columns * (horizontal.len() - 1);
+        let found = Photometry { frame, vertical, horizontal, intensity, cells: Shares::default() };
+        let power = |cell: usize| {
+            let (j, i) = (cell / columns, cell % columns);
             let turn = found.horizontal[j + 1] - found.horizontal[j];
-            for i in 0..found.vertical.len() - 1 {
-                let omega = turn * (found.vertical[i].cos() - found.vertical[i + 1].cos());
-                sum += omega * 0.25 * found.corners(i, j).as_flattened().iter().sum::<f64>();
-                found.cumulative.push(sum);
-            }
-        }
-        found
+            let omega = turn * (found.vertical[i].cos() - found.vertical[i + 1].cos());
+            omega * 0.25 * found.corners(i, j).as_flattened().iter().sum::<f64>()
+        };
+        Photometry { cells: Shares::of((0..cells).map(power)), ..found }
     }
 }
 

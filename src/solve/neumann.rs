@@ -92,24 +92,10 @@ pub struct Solution {
 }
 
 /// The series does not converge, or cannot be shown to.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error, miette::Diagnostic)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
     "the bounce series {} in this mode: the spectral radius of K lies between {:.4} and {:.4}",
     if *.verdict == Verdict::Undecided { "is undecided" } else { .verdict.name() }, .radius.lower, .radius.upper
-)]
-#[diagnostic(
-    code(halflight::diverges),
-    help(
-        "{}. It converges for alpha below {:.4}{}: pass a smaller --alpha, a smaller --tau, or lower the reflectances",
-        if *.verdict == Verdict::Undecided {
-            "the bounds enclose 1, so it is not proved that E + KE + K²E + ... has a finite value; more --patches and \
-             --rays bring them closer, but not where surfaces reflect all light (Kd 1)"
-        } else {
-            "each bounce carries at least as much light as the one before, so the sum has no finite value"
-        },
-        .alpha_limit,
-        if *.uniform { "" } else { " of the present alphas" }
-    )
 )]
 pub struct Diverges {
     /// Diverges or undecided.

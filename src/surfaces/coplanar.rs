@@ -13,8 +13,8 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use crate::rays::Rays;
-use crate::scene::Scene;
 use crate::scene::planes::by_plane;
+use crate::scene::{Bounds, Scene};
 
 /// A maximal set of touching coplanar faces with its (u, v) frame.
 #[derive(Debug)]
@@ -117,11 +117,11 @@ fn measure(scene: &Scene, faces: Vec<u32>) -> Surface {
     let corners: Vec<[DVec3; 3]> = faces.iter().map(|&f| scene.corners(f).map(|p| p.as_dvec3())).collect();
     let doubled: DVec3 = corners.iter().map(|[a, b, c]| (*b - *a).cross(*c - *a)).sum();
     let normal = doubled.normalize_or(DVec3::Z);
-    let (u, low, high) = smallest_rectangle(&corners, normal);
+    let (u, bounds) = smallest_rectangle(&corners, normal);
     let v = normal.cross(u);
-    let size = high - low;
+    let size = bounds.size();
     let base = corners[0][0];
-    let origin = base + u * low.x + v * low.y;
+    let origin = base + u * bounds.low.x + v * bounds.low.y;
     let mut surface = Surface {
         material: scene.faces[faces[0] as usize].material,
         area: faces.iter().map(|&f| scene.area(f)).sum(),
@@ -140,8 +140,8 @@ fn measure(scene: &Scene, faces: Vec<u32>) -> Surface {
     surface
 }
 
-/// Direction u, and the corners of the rectangle around the faces in (u, v), relative to the first corner.
-pub(crate) fn smallest_rectangle(corners: &[[DVec3; 3]], normal: DVec3) -> (DVec3, DVec2, DVec2) {
+/// Direction u, and the rectangle around the faces in (u, v), relative to the first corner.
+pub(crate) fn smallest_rectangle(corners: &[[DVec3; 3]], normal: DVec3) -> (DVec3, Bounds<DVec2>) {
     // Some edge of the convex hull lies on the best rectangle; 48 edges are enough for any shape one draws by hand.
     const EDGES: usize = 48;
     // From so many faces on the edges are tried by several threads.
@@ -151,17 +151,12 @@ pub(crate) fn smallest_rectangle(corners: &[[DVec3; 3]], normal: DVec3) -> (DVec
     let around = |edge: DVec3| {
         let u = edge.reject_from_normalized(normal).normalize_or(normal.any_orthonormal_vector());
         let v = normal.cross(u);
-        let (mut low, mut high) = (DVec2::MAX, DVec2::MIN);
-        for p in corners.iter().flatten() {
-            let q = DVec2::new((*p - base).dot(u), (*p - base).dot(v));
-            low = low.min(q);
-            high = high.max(q);
-        }
-        (u, low, high)
+        let flat = |p: &DVec3| DVec2::new((*p - base).dot(u), (*p - base).dot(v));
+        (u, Bounds::of(corners.iter().flatten().map(flat)))
     };
     let edges = edges.take(EDGES);
     // A hair of preference for the earlier edge keeps the choice stable under rounding.
-    let area = |(_, low, high): &(DVec3, DVec2, DVec2)| (*high - *low).element_product();
+    let area = |(_, bounds): &(DVec3, Bounds<DVec2>)| bounds.size().element_product();
     let lesser = |best, next| if area(&next) < area(&best) * (1.0 - 1e-6) { next } else { best };
     let best = if corners.len() > MANY {
         let edges: Vec<DVec3> = edges.collect();

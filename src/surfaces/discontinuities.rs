@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::rays::Rays;
-use crate::scene::Scene;
+use crate::scene::{Bounds, Scene};
 use crate::surfaces::coplanar::Surface;
 
 /// Distance in unit coordinates below which a corner lies in a plane: a few roundings of f32.
@@ -43,9 +43,9 @@ impl Voxels {
     fn new(scene: &Scene) -> Self {
         let all = (0..scene.faces.len() as u32).into_par_iter();
         let each = all.flat_map_iter(|face| {
-            let (low, high) = bounds(scene.corners(face).map(|p| p.as_dvec3()));
+            let bounds = Bounds::of(scene.corners(face).map(|p| p.as_dvec3()));
             let mut own = Vec::new();
-            for_voxels(low, high, |k, _| own.push((k as u32, face)));
+            for_voxels(&bounds, |k, _| own.push((k as u32, face)));
             own
         });
         let mut faces: Vec<(u32, u32)> = each.collect();
@@ -79,9 +79,9 @@ impl Discontinuities {
 
 fn segments(scene: &Scene, rays: &Rays, voxels: &Voxels, s: &Surface) -> Vec<[DVec2; 2]> {
     let [u, v] = [s.axes[0] * s.extent[0], s.axes[1] * s.extent[1]];
-    let (low, high) = bounds([s.origin, s.origin + u, s.origin + v, s.origin + u + v]);
+    let bounds = Bounds::of([s.origin, s.origin + u, s.origin + v, s.origin + u + v]);
     let mut faces = Vec::new();
-    for_voxels(low, high, |k, middle| {
+    for_voxels(&bounds, |k, middle| {
         let reach = 3f64.sqrt() / VOXELS as f64 + TOUCHES;
         if (middle - s.origin).dot(s.normal).abs() <= reach {
             faces.extend(voxels.faces(k));
@@ -117,17 +117,11 @@ fn segment(scene: &Scene, s: &Surface, face: u32) -> Option<[DVec2; 2]> {
     }
 }
 
-fn bounds<const N: usize>(points: [DVec3; N]) -> (DVec3, DVec3) {
-    let low = points.iter().fold(DVec3::MAX, |m, p| m.min(*p));
-    let high = points.iter().fold(DVec3::MIN, |m, p| m.max(*p));
-    (low, high)
-}
-
 /// Calls `visit(index, middle)` for every voxel of [-1, 1]³ that a box touches.
-fn for_voxels(low: DVec3, high: DVec3, mut visit: impl FnMut(usize, DVec3)) {
+fn for_voxels(bounds: &Bounds<DVec3>, mut visit: impl FnMut(usize, DVec3)) {
     let n = VOXELS as f64;
     let cell = |p: DVec3| ((p + 1.0) * (0.5 * n)).floor().clamp(DVec3::ZERO, DVec3::splat(n - 1.0));
-    let (low, high) = (cell(low - TOUCHES).as_usizevec3(), cell(high + TOUCHES).as_usizevec3());
+    let (low, high) = (cell(bounds.low - TOUCHES).as_usizevec3(), cell(bounds.high + TOUCHES).as_usizevec3());
     for z in low.z..=high.z {
         for y in low.y..=high.y {
             for x in low.x..=high.x {

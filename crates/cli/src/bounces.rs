@@ -123,14 +123,15 @@ pub fn run(own: &Bounces, common: &Common, console: &Console) -> Result<(), CliE
         sensors.check(&common.out, &stem(&scene), &transports)?;
     }
     let files = Files::new(&common.out, &stem(&scene));
-    let kept = own.keep.open(effort, transports.len() > 1, subject.exposure())?;
+    let kept = own.keep.open(transports.len() > 1, subject.exposure())?;
+    let precision = effort.precision(kept.as_ref().and_then(Kept::fineness));
     let mut run = Run { own, common, console, kept, sensors, studied: Vec::new(), files };
-    match effort.precision() {
+    match precision {
         Precision::Fixed(fineness, samples) => run.fixed(&scene, &transports, fineness, samples)?,
         Precision::Within(tolerance) => run.within(&scene, &transports, tolerance)?,
     }
     run.chart_and_table(&scene)?;
-    if let Some(kept) = &run.kept {
+    if let Some(kept) = run.kept.take() {
         kept.finish(console)?;
     }
     let Run { studied, files, .. } = run;
@@ -156,7 +157,7 @@ impl Run<'_> {
         let limit = &self.own.problem.effort.limit;
         let solver = Kept::with(self.kept.as_ref(), limit.solver(scene, seed)).apart(self.own.per.apart());
         if let Some(kept) = &self.kept {
-            kept.check_fineness(&solver, transports, (fineness, seed), self.console)?;
+            kept.read(&solver.cut(fineness.patches), transports, &fineness.sampling(seed), self.console)?;
         }
         let equations = solver.assemble(transports, fineness, self.console)?;
         let sampling = GatherSampling::with_samples(samples, seed);
@@ -170,9 +171,9 @@ impl Run<'_> {
     fn within(&mut self, scene: &Scene, transports: &[Transport], tolerance: f64) -> Result<(), CliError> {
         let (Problem { effort, time, .. }, seed) = (&self.own.problem, self.common.seed);
         let solver = Kept::with(self.kept.as_ref(), effort.limit.solver(scene, seed)).apart(self.own.per.apart());
-        solver.check_tolerance(transports, tolerance)?;
         if let Some(kept) = &self.kept {
-            kept.check_fineness(&solver, transports, (Fineness::of_terms(tolerance), seed), self.console)?;
+            let fineness = Fineness::of_terms(tolerance);
+            kept.read(&solver.cut(fineness.patches), transports, &fineness.sampling(seed), self.console)?;
         }
         for &transport in transports {
             let deadline = time.and_then(|seconds| deadline_after(Instant::now(), seconds));
@@ -204,7 +205,7 @@ impl Run<'_> {
     fn take(&mut self, series: BounceSeries, gathering: Gathering) -> Result<(), CliError> {
         let BounceSeries { mode, solution, errors, end, emitters } = series;
         if let Some(kept) = &self.kept {
-            kept.save(&mode, &solution)?;
+            kept.save(&mode.light(&solution))?;
         }
         let (transport, patches) = (mode.transport, mode.patches().len());
         let studied = Studied { transport, solution, patches, errors, end, emitters, measured: None };

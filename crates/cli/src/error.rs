@@ -10,6 +10,7 @@ use std::io::{Write as _, stderr};
 use console::{Term, style};
 use miette::Diagnostic;
 
+use crate::advice::{self, Patches};
 use halflight::Rendered;
 use halflight::pictures::{ImageError, MetricError, WriteError};
 use halflight::render::{PictureUnfit, RenderError, Unfit};
@@ -31,19 +32,19 @@ pub enum CliError {
     Scene(#[from] SceneError),
     /// No picture: exit code 4, or 6 where neither convergence nor divergence is proved.
     #[error(transparent)]
-    #[diagnostic(transparent)]
+    #[diagnostic(code(halflight::diverges))]
     Diverges(#[from] Diverges),
     /// K does not fit in memory: exit code 5.
-    #[error(transparent)]
-    #[diagnostic(transparent)]
-    Memory(#[from] Unfit),
+    #[error("{0}")]
+    #[diagnostic(code(halflight::memory))]
+    Memory(Unfit, Patches),
     /// Pictures do not fit in memory: exit code 5.
     #[error(transparent)]
-    #[diagnostic(transparent)]
+    #[diagnostic(code(halflight::memory::pictures))]
     Pictures(#[from] PictureUnfit),
     /// A traced picture overflows: exit code 4.
     #[error(transparent)]
-    #[diagnostic(transparent)]
+    #[diagnostic(code(halflight::trace::overflow))]
     Overflow(#[from] Overflow),
     /// A picture could not be written: exit code 1; its format is unknown: 2; it could not be read: 3.
     #[error(transparent)]
@@ -103,8 +104,25 @@ impl CliError {
             CliError::Scene(_) | CliError::Metric(_) | CliError::Sensor(_) => 3,
             CliError::Diverges(e) if e.verdict == Verdict::Undecided => 6,
             CliError::Diverges(_) | CliError::Overflow(_) => 4,
-            CliError::Memory(_) | CliError::Pictures(_) => 5,
+            CliError::Memory(..) | CliError::Pictures(_) => 5,
         }
+    }
+
+    /// What to do about it.
+    fn advice(&self) -> Option<String> {
+        match self {
+            CliError::Diverges(diverges) => Some(advice::divergence(diverges)),
+            CliError::Memory(unfit, patches) => Some(advice::memory(unfit, *patches)),
+            CliError::Pictures(unfit) => Some(advice::pictures(unfit)),
+            CliError::Overflow(_) => Some(advice::OVERFLOW.to_owned()),
+            _ => self.help().map(|help| help.to_string()),
+        }
+    }
+}
+
+impl From<Unfit> for CliError {
+    fn from(unfit: Unfit) -> CliError {
+        CliError::Memory(unfit, Patches::Requested)
     }
 }
 
@@ -130,7 +148,7 @@ impl From<StudyError> for CliError {
     fn from(error: StudyError) -> CliError {
         match error {
             StudyError::Diverges(e) => e.into(),
-            StudyError::Memory(e) => e.into(),
+            StudyError::Memory(unfit) => CliError::Memory(unfit, Patches::Verdicts),
             StudyError::Image(e) => e.into(),
             StudyError::Metric(e) => e.into(),
         }
@@ -149,8 +167,8 @@ fn text(error: &CliError, columns: Option<usize>) -> String {
     let code = error.code().map(|code| format!("{}\n\n", style(code).red().for_stderr()));
     let mut text = code.unwrap_or_default();
     text += &block(&style("  × ").red().for_stderr().to_string(), "  │ ", &error.to_string(), columns);
-    if let Some(help) = error.help() {
-        text += &block(&style("  help: ").cyan().for_stderr().to_string(), "        ", &help.to_string(), columns);
+    if let Some(advice) = error.advice() {
+        text += &block(&style("  help: ").cyan().for_stderr().to_string(), "        ", &advice, columns);
     }
     text
 }
@@ -179,10 +197,10 @@ mod tests {
         };
         let (open, shut) = (error(Verdict::Undecided, 0.9), error(Verdict::Diverges, 1.1));
         assert!(open.to_string().contains("is undecided") && shut.to_string().contains("diverges"));
-        let help = |e: &Diverges| e.help().unwrap().to_string();
-        assert!(help(&open).contains("enclose 1") && help(&shut).contains("no finite value"));
-        assert_eq!(CliError::from(open).exit_code(), 6);
-        assert_eq!(CliError::from(shut).exit_code(), 4);
+        let [open, shut] = [open, shut].map(CliError::from);
+        let advice = |e: &CliError| e.advice().unwrap();
+        assert!(advice(&open).contains("enclose 1") && advice(&shut).contains("no finite value"));
+        assert_eq!([open.exit_code(), shut.exit_code()], [6, 4]);
     }
 
     #[test]

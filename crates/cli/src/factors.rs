@@ -18,7 +18,6 @@ use halflight::operator::Whole;
 use halflight::pictures::{Exposure, Table, make_directory};
 use halflight::render::{Discretization, Fineness, Solver, usable_memory};
 use halflight::scene::Scene;
-use halflight_export::kept::KeptMode;
 use halflight_export::{Array, Values, csr, write_npz};
 use halflight_study::{FactorMatrix, FactorSettings, FactorTable, How, PatchFactors, factors, patch_factors};
 
@@ -100,7 +99,7 @@ pub fn run(own: &Factors, common: &Common, console: &Console) -> Result<(), CliE
     let base = scene.transport.unwrap_or_default();
     let default = Transport { alpha: base.alpha, tau: own.tau.unwrap_or(base.tau) };
     let tau: Vec<f32> = scene.transports(default).iter().map(|t| t.tau).collect();
-    let kept = own.keep.folders(false, Exposure::default())?;
+    let kept = own.keep.open(false, Exposure::default())?;
     if let Some(fineness) = own.fineness(kept.as_ref())? {
         return of_patches(&scene, default, (fineness, common), kept, console);
     }
@@ -171,7 +170,7 @@ fn matrix_arrays(matrix: &FactorMatrix) -> Vec<(&'static str, Array<'_>)> {
 impl Factors {
     /// The patches and rays requested, or those of the folder that is read; none where objects are.
     fn fineness(&self, kept: Option<&Kept>) -> Result<Option<Fineness>, CliError> {
-        let known = kept.and_then(|kept| kept.0.fineness());
+        let known = kept.and_then(Kept::fineness);
         let default = known.unwrap_or_default();
         let Some(patches) = self.patches.map(|n| n as usize).or(known.map(|known| known.patches)) else {
             return match kept {
@@ -217,17 +216,15 @@ fn of_patches(
     let p = Discretization { rows: Arc::new(Whole(Arc::clone(&p.rows))), ..p };
     let sampling = fineness.sampling(common.seed);
     if let Some(kept) = &kept {
-        kept.check(&p, &[transport], &sampling, console)?;
+        kept.read(&p, &[transport], &sampling, console)?;
     }
     p.check_memory(&[transport], &sampling, 1, usable_memory())?;
-    let transports = p.transports(transport);
-    let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
+    let tau: Vec<f32> = p.transports(transport).iter().map(|t| t.tau).collect();
     let found = patch_factors(&p, &tau, &sampling, console);
     let mut files = vec![common.out.join(format!("{}-patch-factors.npz", scene.name))];
     write_npz(&files[0], &patch_arrays(scene, &found))?;
-    if let Some(kept) = &kept {
-        let (geometry, patches, transports) = (&*p.geometry, &*p.patches, &transports[..]);
-        kept.0.save_mode(&KeptMode { geometry, patches, transport, transports }, None, &[sampling])?;
+    if let Some(kept) = kept {
+        kept.save_factors(&p, transport, sampling)?;
         files.extend(kept.finish(console)?);
     }
     let report = PatchReport {

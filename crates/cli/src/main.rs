@@ -16,6 +16,7 @@
 //! look for it. SIGTERM and SIGHUP count the same. Where one of the three is already ignored or handled, as under
 //! `nohup`, all three stay as they are. Only place for `ctrlc`.
 
+pub(crate) mod advice;
 pub(crate) mod bounces;
 pub(crate) mod console;
 pub(crate) mod diff;

@@ -10,13 +10,12 @@ use serde::Serialize;
 use crate::console::Console;
 use crate::error::CliError;
 use crate::options::arguments::{Common, Completion, MemoryLimit};
-use crate::options::keep::{Keep, Kept};
 use crate::pictures::Files;
 use halflight::Solver;
 use halflight::form_factors::Sampling;
-use halflight::pictures::{Exposure, Table, make_directory};
+use halflight::pictures::{Table, make_directory};
 use halflight::render::Discretization;
-use halflight_study::map::{FrontierPoint, GridPoint, Map, MapChart, Survey, TauPoint, check_crossings, map};
+use halflight_study::map::{FrontierPoint, GridPoint, Map, MapChart, TauPoint, check_crossings, map};
 
 /// `halflight map`
 #[derive(Args, Debug)]
@@ -36,9 +35,6 @@ pub struct MapArguments {
     /// Hemisphere rays from each patch
     #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     pub rays: u32,
-    /// What is kept.
-    #[command(flatten)]
-    pub keep: Keep,
     /// Within which memory.
     #[command(flatten)]
     pub limit: MemoryLimit,
@@ -71,19 +67,11 @@ pub fn run(own: &MapArguments, common: &Common, console: &Console) -> Result<(),
     let start = Instant::now();
     let scene = own.completion.load(&own.scene, console)?;
     make_directory(&common.out)?;
-    let kept = own.keep.folders(false, Exposure::default())?;
-    let prepared = Kept::with(kept.as_ref(), Solver::new(&scene)).cut(own.patches as usize);
+    let prepared = Solver::new(&scene).cut(own.patches as usize);
     let sampling = Sampling { rays: own.rays, seed: common.seed, ..Sampling::default() };
     let limit = own.limit.bytes();
     check_crossings(&prepared, &sampling, own.grid.into(), limit)?;
-    if let Some(kept) = &kept {
-        kept.check_layers(&prepared, (Survey::CORNER, &sampling), console)?;
-    }
     let map = map(&prepared, own.grid.into(), &sampling, console);
-    if let Some(kept) = &kept {
-        kept.0.save_layers(&prepared, Survey::CORNER)?;
-        kept.finish(console)?;
-    }
     let seconds = start.elapsed().as_secs_f64();
     console.say(table(&map));
     console.say(sentence(&prepared, &map, seconds));

@@ -5,10 +5,11 @@ use std::time::Instant;
 
 use clap::Args;
 
+use crate::advice;
 use crate::console::Console;
 use crate::error::{CliError, picture_or_divergence};
-use crate::options::arguments::{Common, Effort, Precision, Problem, pixel, size};
-use crate::options::keep::{Keep, Kept, Watched};
+use crate::options::arguments::{Common, MemoryLimit, Precision, Problem, pixel, size};
+use crate::options::keep::{Keep, Kept};
 use crate::options::layers::Layers;
 use crate::options::points::{Points, Sensors};
 use crate::pictures::{Outcome, Places, RenderReport, finish};
@@ -17,7 +18,7 @@ use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::Transport;
 use halflight::operator::Bounds;
-use halflight::pictures::{Size, check_extension, is_exr};
+use halflight::pictures::{Size, check_extension, is_exr, write_layered};
 use halflight::render::{Apart, Errors, Rendered, Seconds};
 use halflight::scene::Scene;
 use halflight::solve::Diverges;
@@ -60,8 +61,10 @@ pub fn run(own: &Render, common: &Common, console: &Console) -> Result<(), CliEr
     let Problem { subject, effort, .. } = &own.problem;
     let scene = subject.load(console)?;
     let transports = subject.transports(&scene);
-    let kept = own.keep.open(effort, transports.len() > 1, subject.exposure())?;
-    let each = match effort.precision() {
+    let kept = own.keep.open(transports.len() > 1, subject.exposure())?;
+    let precision = effort.precision(kept.as_ref().and_then(Kept::fineness));
+    kept.iter().try_for_each(|kept| kept.check(precision))?;
+    let each = match precision {
         Precision::Within(_) => pixel::WITHIN,
         Precision::Fixed(..) => pixel::RENDER,
     };
@@ -78,10 +81,11 @@ pub fn run(own: &Render, common: &Common, console: &Console) -> Result<(), CliEr
         sensors.check(&common.out, &scene.name, &transports)?;
     }
     let load = start.elapsed().as_secs_f64();
-    let run = Run { own, console, places: &places, load, sensors };
+    let run = Run { own, console, places: &places, precision, load, sensors };
     let mut outcomes = Vec::new();
     let rendering = Rendering {
-        effort,
+        limit: &effort.limit,
+        precision,
         size: own.size,
         seed: common.seed,
         time: own.problem.time,
@@ -94,56 +98,60 @@ pub fn run(own: &Render, common: &Common, console: &Console) -> Result<(), CliEr
         outcomes.push(run.outcome(solver, transport, found)?);
         Ok(())
     })?;
-    if let Some(kept) = &kept {
+    if let Some(kept) = kept {
         kept.finish(console)?;
     }
     let geometry = solver.geometry();
     let (scene, rays) = (&geometry.scene, &geometry.rays);
-    let pictured = Pictured { scene, rays, size: own.size, transports: &transports };
+    let pictured = Pictured { scene, rays, size: own.size };
     warn_of_backs(console, &pictured, outcomes.iter().map(|o| o.backs));
     let heading = format!("{}: L = E + K L, the visible half", places.stem);
     finish(outcomes, &places, heading, subject.exposure(), console)
 }
 
 /// How the pictures of several modes are made.
-pub(crate) struct Rendering<'a> {
-    pub effort: &'a Effort,
-    pub size: Size,
-    pub seed: u32,
+struct Rendering<'a> {
+    limit: &'a MemoryLimit,
+    precision: Precision,
+    size: Size,
+    seed: u32,
     /// Seconds for each mode, where a tolerance is aimed at.
-    pub time: Option<f64>,
+    time: Option<f64>,
     /// What is taken apart.
-    pub apart: Apart,
+    apart: Apart,
     /// When the first mode began.
-    pub start: Instant,
-    pub console: &'a Console,
+    start: Instant,
+    console: &'a Console,
     /// Where F comes from, and what is kept.
-    pub kept: Option<&'a Kept>,
+    kept: Option<&'a Kept>,
 }
 
 impl Rendering<'_> {
     /// Renders every mode and passes it on to `take`: to a tolerance, each with the patches that it needs; or with the
     /// effort given, from one set of patches and one cast of rays for all.
-    pub(crate) fn each_mode(
+    fn each_mode(
         &self,
         scene: &Scene,
         transports: &[Transport],
         mut take: impl FnMut(&Solver, Transport, Result<Rendered, Diverges>) -> Result<(), CliError>,
     ) -> Result<Solver, CliError> {
-        let Rendering { effort, size, seed, time, apart, start, console, kept } = *self;
-        let solver = Kept::with(kept, effort.limit.solver(scene, seed)).apart(apart);
-        let watch = &Watched { console, kept };
-        match effort.precision() {
+        let Rendering { limit, precision, size, seed, time, apart, start, console, kept } = *self;
+        let solver = Kept::with(kept, limit.solver(scene, seed)).apart(apart);
+        let mut take = |transport, mut found: Result<Rendered, Diverges>| {
+            let light = found.as_mut().ok().and_then(|found| found.light.take());
+            if let (Some(kept), Some(light)) = (kept, &light) {
+                kept.save(light)?;
+            }
+            take(&solver, transport, found)
+        };
+        match precision {
             Precision::Within(tolerance) => {
-                solver.check_tolerance(transports, tolerance)?;
+                let pilots = transports.iter().map(|&mode| solver.pilot(mode, tolerance));
+                let pilots = pilots.collect::<Result<Vec<_>, _>>()?;
                 // What came before counts in the time of the first picture.
                 let mut before = start.elapsed().as_secs_f64();
-                for &transport in transports {
-                    let start = match kept {
-                        Some(kept) => kept.start(&solver, (transport, seed), console)?,
-                        None => None,
-                    };
-                    let mut request = solver.render(transport, size).watch(watch).start(start);
+                for (&transport, pilot) in transports.iter().zip(pilots) {
+                    let mut request = solver.render(transport, size).watch(console).pilot(pilot);
                     if let Some(seconds) = time {
                         request = request.time((seconds - before).max(0.0));
                     }
@@ -151,18 +159,18 @@ impl Rendering<'_> {
                     if let Ok(found) = &found {
                         warn_of_error(console, transport, found, tolerance);
                     }
-                    take(&solver, transport, found)?;
+                    take(transport, found)?;
                     before = 0.0;
                 }
             }
             Precision::Fixed(fineness, samples) => {
                 if let Some(kept) = kept {
-                    kept.check_fineness(&solver, transports, (fineness, seed), console)?;
+                    kept.read(&solver.cut(fineness.patches), transports, &fineness.sampling(seed), console)?;
                 }
-                let equations = solver.assemble(transports, fineness, watch)?;
+                let equations = solver.assemble(transports, fineness, console)?;
                 let pass = GatherPass::new(size, &GatherSampling::with_samples(samples, seed));
-                for (&transport, found) in transports.iter().zip(equations.render(&pass, watch)) {
-                    take(&solver, transport, found)?;
+                for (&transport, found) in transports.iter().zip(equations.render(&pass, console)) {
+                    take(transport, found)?;
                 }
             }
         }
@@ -175,6 +183,7 @@ struct Run<'a> {
     own: &'a Render,
     console: &'a Console,
     places: &'a Places<'a>,
+    precision: Precision,
     /// Seconds that loading took.
     load: f64,
     sensors: Option<Sensors>,
@@ -201,7 +210,7 @@ impl Run<'_> {
             report.layers = found.layers.iter().map(|layer| layer.kind.name()).collect();
             report.files.extend(self.write(transport, found)?);
         }
-        if let (Some(sensors), Precision::Within(tolerance)) = (&self.sensors, self.own.problem.effort.precision()) {
+        if let (Some(sensors), Precision::Within(tolerance)) = (&self.sensors, self.precision) {
             let place = (self.places.directory, self.places.stem.as_str());
             let measured = sensors.measure((solver, transport, tolerance), place, self.console)?;
             report.measured = measured.map(|(measured, paths)| {
@@ -222,9 +231,9 @@ impl Run<'_> {
         report.seconds = Seconds { load: self.load, ..found.seconds };
         report.seconds.sum();
         report.closure = found.closure;
-        if let Precision::Within(tolerance) = self.own.problem.effort.precision() {
+        if let Precision::Within(tolerance) = self.precision {
             report.error = Some(found.error);
-            report.why = found.unmet(tolerance);
+            report.why = found.unmet(tolerance).map(|unmet| advice::unmet(&unmet));
             report.met = Some(report.why.is_none());
         }
     }
@@ -232,7 +241,8 @@ impl Run<'_> {
     fn write(&self, transport: Transport, found: &Rendered) -> Result<Vec<PathBuf>, CliError> {
         let exposure = self.own.problem.subject.exposure();
         let errors = if self.own.standard_error { Errors::Written } else { Errors::LeftOut };
-        Ok(found.save_layers(self.places.picture(transport), exposure, errors)?)
+        let path = self.places.picture(transport);
+        Ok(write_layered(&path, &found.picture, &found.named_layers(errors), exposure)?)
     }
 
     /// A line on one mode.

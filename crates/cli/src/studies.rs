@@ -10,15 +10,15 @@ use clap::Args;
 use serde::Serialize;
 use serde_json::json;
 
+use crate::advice::Patches;
 use crate::console::Console;
 use crate::error::CliError;
-use crate::options::arguments::{Common, MemoryLimit, Subject, ladder, pixel, seconds, size};
+use crate::options::arguments::{Common, MemoryLimit, Subject, ladder, seconds, size};
 use crate::pictures::{Files, Modes};
 use crate::warnings::check_variance;
 use halflight::light::Transport;
 use halflight::pictures::{Size, make_directory, write_whole};
 use halflight::rays::Rays;
-use halflight::render::Stored;
 use halflight::scene::Scene;
 use halflight_plot::term_name;
 use halflight_study::compare::{
@@ -124,6 +124,9 @@ struct SlopeReport {
 const MIDDLE: RangeInclusive<f64> = 0.005..=0.05;
 /// The first patches and rays for a picture to this tolerance must fit in memory.
 const MUST_FIT: f64 = 0.01;
+/// Bytes a pixel of a comparison: five methods' orders, repeated; and of a chart.
+const COMPARED: f64 = 9000.0;
+const CHARTED: f64 = 2500.0;
 
 /// What all modes of one run share.
 struct Run<'a> {
@@ -140,7 +143,7 @@ struct Run<'a> {
 
 /// Compares every requested mode; of several, those that diverge are named and left out.
 pub fn compare(own: &Compare, common: &Common, console: &Console) -> Result<(), CliError> {
-    own.limit.check_pictures(own.size, pixel::COMPARE)?;
+    own.limit.check_pictures(own.size, COMPARED)?;
     let scene = own.subject.load(console)?;
     make_directory(&common.out)?;
     let transports = own.subject.transports(&scene);
@@ -157,7 +160,7 @@ pub fn compare(own: &Compare, common: &Common, console: &Console) -> Result<(), 
 /// Charts every requested mode; of several, those that diverge are named and left out.
 pub fn chart(own: &Chart, common: &Common, console: &Console) -> Result<(), CliError> {
     let clock = Instant::now();
-    own.limit.check_pictures(own.size, pixel::CHART)?;
+    own.limit.check_pictures(own.size, CHARTED)?;
     let scene = own.subject.load(console)?;
     let load = clock.elapsed().as_secs_f64();
     let transports = own.subject.transports(&scene);
@@ -170,8 +173,9 @@ pub fn chart(own: &Chart, common: &Common, console: &Console) -> Result<(), CliE
     make_directory(&common.out)?;
     // Built anew for every step: here only to refuse what does not fit, before anything is measured.
     let solver = own.limit.solver(&scene, common.seed);
-    // No number of patches can be requested here, so the advice is another.
-    solver.check_tolerance(&transports, MUST_FIT).map_err(|unfit| unfit.of(Stored::Ladders))?;
+    for &transport in &transports {
+        solver.pilot(transport, MUST_FIT).map_err(|unfit| CliError::Memory(unfit, Patches::Ladders))?;
+    }
     let (geometry, memory) = (solver.geometry(), own.limit.bytes());
     let (size, seconds) = (own.size, own.time);
     let run = Run { common, console, scene: &scene, rays: &geometry.rays, size, seconds, memory, load };

@@ -134,7 +134,7 @@ pub fn run(own: &Trace, common: &Common, console: &Console) -> Result<(), CliErr
     for &transport in &transports {
         outcomes.push(run.one_mode(transport)?);
     }
-    let pictured = Pictured { scene: &scene, rays: &rays, size: own.size, transports: &transports };
+    let pictured = Pictured { scene: &scene, rays: &rays, size: own.size };
     warn_of_backs(console, &pictured, outcomes.iter().map(|outcome| outcome.backs));
     let heading = format!("{}: path tracing, the visible half", scene.name);
     finish(outcomes, &places, heading, own.subject.exposure(), console)

@@ -1,87 +1,65 @@
 //! Warnings before and after pictures are made: black backs, a path tracer's infinite variance, a tolerance not met.
 //!
-//! Black backs are found by a grid of camera rays, and a ray from each place where one ends. Small path-traced pictures
-//! estimate the mean radiance as it is, with both sides of those objects' faces reflecting, and with two sides to every
-//! face, each with its standard error. What makes no difference is not advised, and not said where the camera sees no
-//! back itself.
-//!
-//! Not handled: black backs where light passes through surfaces (tau above 0), of which no means are estimated.
+//! Not handled: black backs that no ray of the camera meets.
 
-use glam::Vec3;
-
+use crate::advice;
 use crate::console::Console;
 use halflight::light::{Rgb, Transport};
 use halflight::pictures::Size;
-use halflight::rays::sobol::{fraction, hash};
-use halflight::rays::warp::cosine_direction;
-use halflight::rays::{Hit, Ray, Rays, Side};
+use halflight::rays::{Ray, Rays, Side};
 use halflight::render::Rendered;
 use halflight::scene::{Scene, Sides};
-use halflight_reference::{Mean, TraceSettings, Tracer};
 use halflight_study::map::{Growth, Variance, growth};
 
-/// Share of rays that may meet black backs before it is worth a warning.
+/// Share of the camera's rays that may meet black backs before it is worth a warning.
 const BACKS: f64 = 0.01;
-/// Camera rays along the longer side of the picture.
+/// Camera rays along the longer side of the picture that find the objects.
 const GRID: usize = 64;
-/// Paths of each pixel of a grid.
-const SAMPLES: u32 = 16;
 /// Objects that are named.
 const NAMED: usize = 6;
-/// Standard errors that two means differ by if they are not the same.
-const APART: f64 = 4.0;
-
-/// Digits behind the point of a mean, at most.
-const MOST_DIGITS: f64 = 12.0;
 
 /// What the pictures of a run show.
 pub struct Pictured<'a> {
     pub scene: &'a Scene,
     pub rays: &'a Rays,
     pub size: Size,
-    /// (alpha, tau) of each picture.
-    pub transports: &'a [Transport],
 }
 
-/// Black backs that rays meet.
-struct Backs {
-    /// Share of the rays.
-    share: f64,
-    /// How many of them meet those of each object.
-    counts: Vec<usize>,
-}
-
-/// Warns if more than a hundredth of the camera's rays, or of those from where they end, meet black backs; `shares` are
-/// those of the pictures' camera rays, which differ by the backs behind others: the largest is said.
+/// Warns if more than a hundredth of the camera's rays meet black backs. The `shares` of the pictures differ by the
+/// backs behind others: the largest is said.
 pub fn warn_of_backs(console: &Console, pictured: &Pictured, shares: impl Iterator<Item = f64>) {
-    if !console.warns() {
+    let share = shares.fold(0.0, f64::max);
+    if share <= BACKS || !console.warns() {
         return;
     }
-    let Pictured { scene, rays, .. } = pictured;
-    let size = grid(pictured.size);
-    let [mut seen, further] = met(scene, rays, size);
-    seen.share = shares.fold(0.0, f64::max);
-    let is_seen = seen.share > BACKS;
-    let backs = if is_seen { seen } else { further };
-    if backs.share <= BACKS {
-        return;
-    }
-    let means = Means::new(pictured, size, &backs);
-    let advice = match &means {
-        Some(means) if means.differ() => means.words(),
-        Some(_) if !is_seen => return,
-        Some(means) => format!("the picture is as bright in the mean ({}) if they reflect there", show(&means.own)),
-        None if is_seen => {
-            "turn these faces, or give their material two sides (`two_sided = true` in a scene file)".into()
-        }
-        None => return,
-    };
-    let which = if is_seen { "the camera's rays" } else { "the rays from what the camera sees" };
-    let share = 100.0 * backs.share;
     console.warn(format!(
-        "{share:.1} % of {which} meet the black backs of one-sided faces, of {}: {advice}",
-        backs.names(scene)
+        "{:.1} % of the camera's rays meet the black backs of one-sided faces{}: turn these, or give them two sides, by \
+         `two_sided = true` for their material in a scene file, or all faces by --two-sided",
+        100.0 * share,
+        objects_from_behind(pictured),
     ));
+}
+
+/// The objects whose black backs a grid of camera rays meets, the most seen first.
+fn objects_from_behind(&Pictured { scene, rays, size }: &Pictured) -> String {
+    let Size { width, height } = grid(size);
+    let mut counts = vec![0; scene.objects.len()];
+    for k in 0..width * height {
+        let (x, y) = ((k % width) as f32 + 0.5, (k / width) as f32 + 0.5);
+        let (origin, direction) = scene.camera.ray(x / width as f32, y / height as f32, width as f32 / height as f32);
+        let hit = rays.closest(&Ray { origin, direction, source: None });
+        if let Some(hit) = hit.filter(|hit| hit.side == Side::Back && reflects_in_front(scene, hit.face)) {
+            counts[scene.faces[hit.face as usize].object as usize] += 1;
+        }
+    }
+    let mut order: Vec<usize> = (0..counts.len()).filter(|&object| counts[object] > 0).collect();
+    order.sort_by_key(|&object| std::cmp::Reverse(counts[object]));
+    let names: Vec<&str> = order.iter().take(NAMED).map(|&object| scene.objects[object].as_str()).collect();
+    match order.len().saturating_sub(NAMED) {
+        _ if names.is_empty() => String::new(),
+        0 => format!(", of {}", names.join(", ")),
+        more => format!(", of {} and {more} more", names.join(", ")),
+    }
 }
 
 /// A grid of the picture's shape.
@@ -91,130 +69,9 @@ fn grid(Size { width, height }: Size) -> Size {
     Size { width: side(width), height: side(height) }
 }
 
-/// The black backs that a grid of camera rays meets, and those that rays from there meet.
-fn met(scene: &Scene, rays: &Rays, Size { width, height }: Size) -> [Backs; 2] {
-    let mut found = [(); 2].map(|()| Backs { share: 0.0, counts: vec![0; scene.objects.len()] });
-    let mut cast = [0usize; 2];
-    for k in 0..width * height {
-        let (x, y) = ((k % width) as f32 + 0.5, (k / width) as f32 + 0.5);
-        let (origin, direction) = scene.camera.ray(x / width as f32, y / height as f32, width as f32 / height as f32);
-        let mut ray = Ray { origin, direction, source: None };
-        for (backs, cast) in found.iter_mut().zip(&mut cast) {
-            *cast += 1;
-            let Some(hit) = rays.closest(&ray).filter(|hit| !scene.is_sky(hit.face)) else { break };
-            if is_black(scene, &hit) {
-                backs.counts[scene.faces[hit.face as usize].object as usize] += 1;
-                break;
-            }
-            ray = from(scene, &ray, &hit, k as u32);
-        }
-    }
-    for (backs, cast) in found.iter_mut().zip(cast) {
-        backs.share = backs.counts.iter().sum::<usize>() as f64 / cast.max(1) as f64;
-    }
-    found
-}
-
-/// A cosine-distributed ray from where another ends, on its side.
-fn from(scene: &Scene, ray: &Ray, hit: &Hit, k: u32) -> Ray {
-    let [a, b, c] = scene.exact_corners(hit.face);
-    let front: Vec3 = (b - a).cross(c - a).normalize().as_vec3();
-    let normal = if hit.side == Side::Front { front } else { -front };
-    let [u, v] = [1, 2].map(|axis| fraction(hash(k, axis)));
-    Ray { origin: ray.at(hit.t), direction: cosine_direction(normal, u, v), source: Some(hit.face) }
-}
-
-/// Whether a ray ends at a back that is black though the front reflects.
-fn is_black(scene: &Scene, hit: &Hit) -> bool {
-    hit.side == Side::Back && reflects_in_front(scene, hit.face)
-}
-
 fn reflects_in_front(scene: &Scene, face: u32) -> bool {
     let material = scene.material(face);
     !scene.is_sky(face) && material.sides == Sides::One && material.rho != Rgb::ZERO
-}
-
-impl Backs {
-    /// The objects, the most seen first.
-    fn names(&self, scene: &Scene) -> String {
-        let mut order: Vec<usize> = (0..self.counts.len()).filter(|&object| self.counts[object] > 0).collect();
-        order.sort_by_key(|&object| std::cmp::Reverse(self.counts[object]));
-        let names: Vec<&str> = order.iter().take(NAMED).map(|&object| scene.objects[object].as_str()).collect();
-        let more = order.len().saturating_sub(NAMED);
-        if more == 0 { names.join(", ") } else { format!("{} and {more} more", names.join(", ")) }
-    }
-}
-
-/// Mean radiance of a small picture of one mode.
-struct Means {
-    mode: String,
-    own: Mean,
-    /// With both sides of the objects seen from behind reflecting.
-    turned: Mean,
-    /// With two sides to every face.
-    all: Mean,
-}
-
-impl Means {
-    /// Of the first mode without light that passes through surfaces; none where there is none, or light overflows.
-    fn new(pictured: &Pictured, size: Size, backs: &Backs) -> Option<Means> {
-        let &Pictured { scene, rays, transports, .. } = pictured;
-        let is_opaque = |mode: &&Transport| scene.transports(**mode).iter().all(|own| own.tau == 0.0);
-        let mode = *transports.iter().find(is_opaque)?;
-        let behind = |face: u32| backs.counts[scene.faces[face as usize].object as usize] > 0;
-        let turned = with_both_sides(scene, |face| behind(face) && reflects_in_front(scene, face));
-        let all = with_both_sides(scene, |face| !scene.is_sky(face));
-        let of = |scene: &Scene| mean(scene, rays, mode, size);
-        Some(Means { mode: mode.label(), own: of(scene)?, turned: of(&turned)?, all: of(&all)? })
-    }
-
-    fn differ(&self) -> bool {
-        differ(&self.own, &self.turned) || differ(&self.own, &self.all)
-    }
-
-    fn words(&self) -> String {
-        let Means { mode, own, turned, all } = self;
-        let lamps = if differ(turned, all) { ", where everything else has two sides too" } else { "" };
-        format!(
-            "the mean radiance of {mode} is {}, and {} if they are turned or get two sides (`two_sided = true` for their \
-             material in a scene file), {} with --two-sided{lamps}",
-            show(own),
-            show(turned),
-            show(all),
-        )
-    }
-}
-
-/// The scene with two sides to the faces wanted.
-fn with_both_sides(scene: &Scene, wanted: impl Fn(u32) -> bool) -> Scene {
-    let mut turned = scene.clone();
-    turned.materials.iter_mut().for_each(|material| material.sides = Sides::Two);
-    // Materials as they were come after the two-sided ones, so that those of a sky are the last.
-    turned.materials.extend(scene.materials.iter().cloned());
-    for face in (0..scene.faces.len() as u32).filter(|&face| !wanted(face)) {
-        turned.faces[face as usize].material += scene.materials.len() as u32;
-    }
-    turned
-}
-
-fn mean(scene: &Scene, rays: &Rays, mode: Transport, size: Size) -> Option<Mean> {
-    let mut tracer = Tracer::new(scene, rays, &scene.transports(mode), size, &TraceSettings::default());
-    tracer.pass(SAMPLES);
-    tracer.check().ok().map(|()| tracer.mean())
-}
-
-fn differ(a: &Mean, b: &Mean) -> bool {
-    (0..3).any(|c| (a.value[c] - b.value[c]).abs() > APART * a.error[c].hypot(b.error[c]))
-}
-
-/// The mean of the channels, and that of their standard errors, which is an upper limit of its own: to the first figure
-/// of the error.
-fn show(mean: &Mean) -> String {
-    let of = |numbers: [f64; 3]| numbers.iter().sum::<f64>() / 3.0;
-    let (value, error) = (of(mean.value), of(mean.error));
-    let least = if error > 0.0 { error } else { value };
-    let digits = if least > 0.0 { (-least.log10().floor()).clamp(0.0, MOST_DIGITS) as usize } else { 0 };
-    format!("{value:.digits$} ± {error:.digits$}")
 }
 
 /// Looks at the variance of path tracing a mode, and warns where it is infinite or may be.
@@ -261,8 +118,8 @@ fn warning(g: &Growth) -> Option<String> {
 
 /// Warns where the estimated error is above the tolerance.
 pub(crate) fn warn_of_error(console: &Console, transport: Transport, found: &Rendered, tolerance: f64) {
-    if let Some(why) = found.unmet(tolerance) {
-        console.warn(format!("{}: {why}", transport.label()));
+    if let Some(unmet) = found.unmet(tolerance) {
+        console.warn(format!("{}: {}", transport.label(), advice::unmet(&unmet)));
     }
 }
 

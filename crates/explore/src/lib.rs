@@ -62,15 +62,13 @@ const COMPARED_WITHIN: f64 = 0.02;
 const POINTS: usize = 4;
 
 /// Why there is no page.
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+#[derive(Debug, thiserror::Error)]
 pub enum PageError {
     /// The terms do not fit in memory.
     #[error(transparent)]
-    #[diagnostic(transparent)]
     Memory(#[from] Unfit),
     /// A texture cannot be written.
     #[error(transparent)]
-    #[diagnostic(transparent)]
     Image(#[from] ImageError),
 }
 

@@ -64,12 +64,8 @@ pub struct Mean {
 }
 
 /// Light grew beyond single precision: a series that diverges, followed too far.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error, miette::Diagnostic)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the light overflows within {max_bounces} bounces: the series diverges")]
-#[diagnostic(
-    code(halflight::trace::overflow),
-    help("--max-bounces N with a smaller N shows the first bounces; `halflight bounces` shows how they grow")
-)]
 pub struct Overflow {
     /// Reflections after which paths ended.
     pub max_bounces: u32,

@@ -12,7 +12,7 @@
 //! over the node's part, with F its form factor by Lambert's formula and b the barycentric coordinates.
 //!
 //! Worth: 25 textured panels, partly hidden, state their error; with points sampled on them 0.8 % were stated of 1 to
-//! 1.5 (CHANGELOG.md).
+//! 1.5.
 //!
 //! Not handled: texels smaller than the leaves.
 

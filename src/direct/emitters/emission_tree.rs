@@ -13,7 +13,7 @@
 //! Where it is more than tolerable for a receiver, the node's quarters are integrated instead (a multipole expansion as
 //! in J. Barnes, P. Hut, *A hierarchical O(N log N) force-calculation algorithm*, Nature 324, 1986).
 //!
-//! Worth: a room with a textured screen takes 0.4 to 0.6 of the time at 1 % (CHANGELOG.md).
+//! Worth: a room with a textured screen takes 0.4 to 0.6 of the time at 1 % (docs/theory.md, Textured luminaires).
 //!
 //! Not handled: occlusion ([`crate::direct::emitters::emission_parts`]); variation within a leaf.
 

@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use crate::form_factors::hull::bounds;
+use crate::scene::Bounds;
 
 /// Directions further apart than this cosine are split before places are.
 const APART: f64 = 0.9;
@@ -21,13 +21,13 @@ pub(crate) struct Placed {
 /// Sorts objects into two halves, neither empty where there are two: by direction where directions differ much, else by
 /// place.
 pub(crate) fn halve(things: &mut [Placed]) -> (&mut [Placed], &mut [Placed]) {
-    let (low, high) = bounds(things.iter().map(|t| t.direction));
-    let by_direction = 1.0 - 0.5 * (high - low).length_squared() < APART;
-    let (low, high) = if by_direction { (low, high) } else { bounds(things.iter().map(|t| t.place)) };
-    let axis = (0..3).max_by(|&a, &b| (high - low)[a].total_cmp(&(high - low)[b])).unwrap_or(0);
+    let directions = Bounds::of(things.iter().map(|t| t.direction));
+    let by_direction = 1.0 - 0.5 * directions.size().length_squared() < APART;
+    let bounds = if by_direction { directions } else { Bounds::of(things.iter().map(|t| t.place)) };
+    let axis = (0..3).max_by(|&a, &b| bounds.size()[a].total_cmp(&bounds.size()[b])).unwrap_or(0);
     let key = |t: &Placed| if by_direction { t.direction[axis] } else { t.place[axis] };
     things.sort_unstable_by(|a, b| key(a).total_cmp(&key(b)).then(a.number.cmp(&b.number)));
-    let middle = 0.5 * (low[axis] + high[axis]);
+    let middle = bounds.middle()[axis];
     let cut = things.partition_point(|t| key(t) < middle);
     // Places are split at the median; directions at the middle of their range, unless all lie on one side of it.
     let by_range = by_direction && cut > 0 && cut < things.len();

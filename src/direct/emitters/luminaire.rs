@@ -8,15 +8,15 @@ use glam::{DVec3, Vec3};
 
 use crate::direct::emitters::emission_tree::EmissionMoments;
 use crate::direct::emitters::luminaire_texture::{SeenPart, UnevenEmission};
-use crate::form_factors::hull::bounds;
 use crate::form_factors::lambert::Outline;
 use crate::form_factors::plane::sees_front;
 use crate::form_factors::point_to_polygon;
 use crate::form_factors::shadow::{Caster, Pieces, visible_form};
 use crate::light::Rgb;
+use crate::light::shares::draw;
 use crate::rays::warp::triangle_point;
 use crate::rays::{End, Side};
-use crate::scene::Scene;
+use crate::scene::{Bounds, Scene};
 
 /// One emitting surface of uniform radiance, or with a texture.
 #[derive(Clone, Debug)]
@@ -51,7 +51,7 @@ pub(crate) struct Around {
 
 impl Around {
     fn new(triangles: &[EmittingTriangle]) -> Around {
-        let (low, high) = bounds(triangles.iter().flat_map(|t| t.exact));
+        let Bounds { low, high } = Bounds::of(triangles.iter().flat_map(|t| t.exact));
         let middle = 0.5 * (low.as_vec3() + high.as_vec3());
         let first = triangles.first().map_or(DVec3::Z, |t| t.normal);
         let is_flat = triangles.iter().all(|t| t.normal.dot(first) > FLAT);
@@ -175,12 +175,9 @@ impl Luminaire {
 
     /// The point at (u, v) in the unit square, uniform in area.
     pub fn point(&self, u: f32, v: f32) -> EmittingPoint {
-        let k = self.shares.partition_point(|&share| share <= u);
-        let k = k.min(self.triangles.len() - 1);
-        let t = &self.triangles[k];
-        let before = if k == 0 { 0.0 } else { self.shares[k - 1] };
-        let u = ((u - before) / (self.shares[k] - before)).clamp(0.0, 0.999_999_94);
-        let position = triangle_point(t.corners, u, v);
+        let drawn = draw(&self.shares, |&share| share, u);
+        let t = &self.triangles[drawn.index];
+        let position = triangle_point(t.corners, drawn.again(), v);
         let share = self.uneven.as_ref().map_or(DVec3::ONE, |own| own.share(t.face, position));
         EmittingPoint { position, normal: t.normal, face: t.face, share }
     }

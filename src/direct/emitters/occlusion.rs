@@ -4,7 +4,7 @@
 
 use glam::DVec3;
 
-use crate::light::Transport;
+use crate::light::{Transport, nothing_passes};
 use crate::rays::{End, Hit, Rays};
 use crate::scene::{PunctualLight, PunctualPlace, Scene};
 
@@ -43,7 +43,7 @@ impl Occlusion {
     fn of(transports: &[Transport], anything_occludes: bool) -> Occlusion {
         if transports.iter().all(|t| t.tau == 1.0) || !anything_occludes {
             Occlusion::Nothing
-        } else if transports.iter().all(|t| t.tau == 0.0) {
+        } else if nothing_passes(transports.iter().map(|t| t.tau)) {
             Occlusion::Opaque
         } else {
             Occlusion::Partial(transports.iter().map(|t| t.tau).collect())

@@ -14,12 +14,12 @@ use glam::DVec3;
 
 use crate::direct::Luminaires;
 use crate::direct::emitters::luminaire::Luminaire;
-use crate::form_factors::hull::{apart, bounds};
+use crate::form_factors::hull::apart;
 use crate::form_factors::shadow::Caster;
 use crate::light::team;
 use crate::patches::Patches;
 use crate::rays::{Rays, Side};
-use crate::scene::Scene;
+use crate::scene::{Bounds, Scene};
 
 /// Corners of a patch, and of a luminaire, at most.
 const MOST_CORNERS: usize = 32;
@@ -37,10 +37,7 @@ pub(crate) struct Body {
 
 /// A convex body that holds a luminaire: its corners, or a box around them where they are many.
 pub(crate) fn luminaire_body(luminaire: &Luminaire) -> Body {
-    let body = Body::new(luminaire.corners()).unwrap_or_else(|| {
-        let (low, high) = bounds(luminaire.corners());
-        Body::of_box(low, high)
-    });
+    let body = Body::new(luminaire.corners()).unwrap_or_else(|| Body::of_box(&Bounds::of(luminaire.corners())));
     Body { convex_lamp: luminaire.convex_lamp, ..body }
 }
 
@@ -85,11 +82,11 @@ impl Body {
     }
 
     /// A box, and no plane.
-    pub fn of_box(low: DVec3, high: DVec3) -> Body {
+    pub fn of_box(bounds: &Bounds<DVec3>) -> Body {
         let mut corners: Vec<DVec3> = Vec::new();
         for k in 0..8 {
             let side = |bit: usize| k >> bit & 1 == 1;
-            let p = DVec3::select(glam::BVec3::new(side(0), side(1), side(2)), high, low);
+            let p = DVec3::select(glam::BVec3::new(side(0), side(1), side(2)), bounds.high, bounds.low);
             if !corners.contains(&p) {
                 corners.push(p);
             }
@@ -244,15 +241,13 @@ fn between(patch: &Body, lamp: &Body, most: usize, casters: &[Caster]) -> Option
 pub(crate) struct Shaft<'a> {
     ends: [&'a Body; 2],
     hull: Vec<DVec3>,
-    low: DVec3,
-    high: DVec3,
+    bounds: Bounds<DVec3>,
 }
 
 impl<'a> Shaft<'a> {
     pub fn new(patch: &'a Body, lamp: &'a Body) -> Shaft<'a> {
         let hull: Vec<DVec3> = patch.corners.iter().chain(&lamp.corners).copied().collect();
-        let (low, high) = bounds(hull.iter().copied());
-        Shaft { ends: [patch, lamp], hull, low, high }
+        Shaft { ends: [patch, lamp], bounds: Bounds::of(hull.iter().copied()), hull }
     }
 
     /// Those `among` the casters that may lie between the bodies.
@@ -280,8 +275,7 @@ impl<'a> Shaft<'a> {
 
     /// Whether a caster's box meets that of the hull, and it may hide one body from the other.
     fn is_near(&self, c: &Caster) -> bool {
-        let (l, h) = bounds(c.corners);
-        l.cmplt(self.high).all() && h.cmpgt(self.low).all() && self.ends.iter().all(|body| body.reached_by(c))
+        Bounds::of(c.corners).meets(&self.bounds) && self.ends.iter().all(|body| body.reached_by(c))
     }
 
     /// Whether no plane separates a caster from the hull; `from` and `to` are points of the bodies.

@@ -16,9 +16,10 @@ use crate::direct::emitters::halving::{Placed, halve};
 use crate::direct::emitters::luminaire::Luminaire;
 use crate::direct::emitters::shafts::{Body, luminaire_body};
 use crate::direct::many::moments::{Moments, Sums};
-use crate::form_factors::hull::bounds;
 use crate::form_factors::point_kernel;
+use crate::light::shares::Shares;
 use crate::rays::End;
+use crate::scene::Bounds;
 use crate::surfaces::SurfacePoint;
 
 /// How luminaires face a point.
@@ -41,8 +42,7 @@ pub(crate) struct Node {
     pub children: Option<[usize; 2]>,
     /// Corners of a body that holds them.
     pub body: Body,
-    pub low: DVec3,
-    pub high: DVec3,
+    pub bounds: Bounds<DVec3>,
     /// Axis of the cone of normals, and its half angle.
     pub axis: DVec3,
     pub spread: f64,
@@ -59,8 +59,8 @@ pub(crate) struct LightTree {
     pub bounds: Vec<NodeBound>,
     /// Luminaires in the tree's order.
     pub order: Vec<u32>,
-    /// Power of those before each, in the tree's order.
-    before: Vec<f64>,
+    /// Their power.
+    powers: Shares,
     /// Radius of a node over its distance up to which its moments are used.
     pub small: f64,
     /// Relative error that a node may have.
@@ -88,13 +88,10 @@ impl LightTree {
         let mut things: Vec<Placed> = numbers.iter().map(place).collect();
         let small = FAR * (MANY * exactness / FAR_OFF).cbrt().min(1.0);
         let (nodes, bounds, order) = (Vec::new(), Vec::new(), Vec::new());
-        let mut tree = LightTree { nodes, bounds, order, before: vec![0.0], small, exactness };
+        let mut tree = LightTree { nodes, bounds, order, powers: Shares::default(), small, exactness };
         tree.grow(&mut things, list, &sums);
         tree.bounds = tree.nodes.iter().map(NodeBound::new).collect();
-        for &l in &tree.order {
-            let last = tree.before[tree.before.len() - 1];
-            tree.before.push(last + sums[l as usize].weight);
-        }
+        tree.powers = Shares::of(tree.order.iter().map(|&l| sums[l as usize].weight));
         tree
     }
 
@@ -122,13 +119,9 @@ impl LightTree {
     }
 
     /// The luminaire of a node's range at u in the unit interval, by power; its probability, and u within it.
-    pub fn draw(&self, range: &Range<usize>, u: f64) -> (u32, f64, f64) {
-        let (low, high) = (self.before[range.start], self.before[range.end]);
-        let at = low + u * (high - low);
-        let k = self.before[range.start + 1..range.end].partition_point(|&b| b <= at) + range.start;
-        let own = self.before[k + 1] - self.before[k];
-        let rest = ((at - self.before[k]) / own).clamp(0.0, 1.0);
-        (self.order[k], own / (high - low), rest)
+    pub fn draw(&self, range: &Range<usize>, u: f64) -> (u32, f64, f32) {
+        let drawn = self.powers.draw_of(range, u);
+        (self.order[drawn.index], drawn.weight / self.powers.weight(range), drawn.again())
     }
 }
 
@@ -159,12 +152,12 @@ impl Node {
 
     /// Centre of the box.
     pub fn center(&self) -> DVec3 {
-        0.5 * (self.low + self.high)
+        self.bounds.middle()
     }
 
     /// Half the diagonal of the box.
     pub fn radius(&self) -> f64 {
-        0.5 * (self.high - self.low).length()
+        0.5 * self.bounds.size().length()
     }
 }
 
@@ -210,7 +203,6 @@ fn cosine_less(first: f64, sine: f64, cosine: f64) -> f64 {
 }
 
 fn leaf(place: usize, luminaire: &Luminaire, sums: &Sums) -> Node {
-    let (low, high) = bounds(luminaire.corners());
     let axis = sums.normal.normalize_or_zero();
     let angle = |t: [DVec3; 3]| {
         let normal = (t[1] - t[0]).cross(t[2] - t[0]).normalize_or_zero();
@@ -220,8 +212,7 @@ fn leaf(place: usize, luminaire: &Luminaire, sums: &Sums) -> Node {
         range: place..place + 1,
         children: None,
         body: luminaire_body(luminaire),
-        low,
-        high,
+        bounds: Bounds::of(luminaire.corners()),
         axis,
         spread: luminaire.triangles().map(angle).fold(0.0, f64::max),
         power: sums.weight,
@@ -231,10 +222,10 @@ fn leaf(place: usize, luminaire: &Luminaire, sums: &Sums) -> Node {
 
 fn join(range: Range<usize>, children: [usize; 2], nodes: &[Node], sums: &Sums) -> Node {
     let [a, b] = children.map(|k| &nodes[k]);
-    let (low, high) = (a.low.min(b.low), a.high.max(b.high));
+    let bounds = a.bounds.union(b.bounds);
     let axis = sums.normal.normalize_or_zero();
     let reach = |n: &Node| axis.dot(n.axis).clamp(-1.0, 1.0).acos() + n.spread;
-    let mut body = Body::of_box(low, high);
+    let mut body = Body::of_box(&bounds);
     body.plane = a.body.common_plane(&b.body);
     if a.body.convex_lamp == b.body.convex_lamp {
         body.convex_lamp = a.body.convex_lamp;
@@ -243,8 +234,7 @@ fn join(range: Range<usize>, children: [usize; 2], nodes: &[Node], sums: &Sums) 
         range,
         children: Some(children),
         body,
-        low,
-        high,
+        bounds,
         axis,
         spread: reach(a).max(reach(b)).min(PI),
         power: sums.weight,
@@ -269,7 +259,7 @@ pub(crate) fn draw(
 ) -> Option<Drawn> {
     let (l, chance, u) = tree.draw(&tree.nodes[node].range, f64::from(at.x));
     let luminaire = &luminaires.list[l as usize];
-    let y = luminaire.point((u as f32).min(0.999_999_94), at.y);
+    let y = luminaire.point(u, at.y);
     let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
     let kernel = point_kernel(x, n, y.position.as_dvec3(), y.normal);
     let light = luminaire.radiance.as_dvec3() * y.share * (luminaire.area * kernel / chance);

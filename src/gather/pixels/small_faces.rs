@@ -22,6 +22,7 @@ use crate::gather::pixels::pixel::{Pixel, SmallFace};
 use crate::light::team;
 use crate::rays::Side;
 use crate::reading::view::View;
+use crate::scene::Bounds;
 use crate::scene::convex_polygon::{area, clip};
 use glam::{DVec2, DVec3};
 
@@ -87,9 +88,9 @@ impl<'a> Projection<'a> {
         let corners = self.view.scene.corners(face).map(|corner| corner.as_dvec3());
         let [a, b, c] = corners.map(|corner| self.point(corner));
         let polygon = [a?, b?, c?];
-        let [low, high] = bounds(&polygon);
-        let is_thin = area(&polygon).abs() <= (high - low).length().max(1.0);
-        if !is_thin || high.cmple(DVec2::ZERO).any() || low.cmpge(self.size).any() {
+        let bounds = Bounds::of(polygon);
+        let is_thin = area(&polygon).abs() <= bounds.size().length().max(1.0);
+        if !is_thin || bounds.high.cmple(DVec2::ZERO).any() || bounds.low.cmpge(self.size).any() {
             return None;
         }
         let normal = self.view.patches.normal(face, Side::Front).as_dvec3();
@@ -103,7 +104,7 @@ impl<'a> Projection<'a> {
 impl ThinFace {
     /// The pixels that it may lie in.
     fn pixels(&self, projection: &Projection) -> impl Iterator<Item = usize> + use<> {
-        let [low, high] = bounds(&self.polygon);
+        let Bounds { low, high } = Bounds::of(self.polygon);
         let (first, end) = (low.max(DVec2::ZERO).as_uvec2(), high.min(projection.size).ceil().as_uvec2());
         let width = projection.view.width;
         let row = move |y: u32| (first.x..end.x).map(move |x| y as usize * width + x as usize);
@@ -142,12 +143,6 @@ impl ThinFace {
         let tangent = (1.0 - cosine * cosine).max(0.0).sqrt() / cosine.abs();
         (distance * (1.0 - view.scene.camera.pixel(view.height) * tangent)) as f32
     }
-}
-
-/// The least and the largest coordinates of a polygon.
-fn bounds(polygon: &[DVec2]) -> [DVec2; 2] {
-    let low = polygon.iter().fold(DVec2::INFINITY, |m, p| m.min(*p));
-    [low, polygon.iter().fold(DVec2::NEG_INFINITY, |m, p| m.max(*p))]
 }
 
 /// The part of a polygon in the pixel whose upper left corner this is.

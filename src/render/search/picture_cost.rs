@@ -115,7 +115,8 @@ mod tests {
 
     fn cost(hemisphere: f64, tolerance: f64) -> PictureCost {
         let error = GatherError { camera: 0.3, hemisphere, fit: 0.0, signal: 1.0 };
-        let goal = PictureGoal { tolerance, size: (100, 100).into(), deadline: None, memory: f64::INFINITY, seed: 0 };
+        let goal =
+            PictureGoal { tolerance, size: (100, 100).into(), deadline: None, memory: f64::INFINITY.into(), seed: 0 };
         PictureCost::of(&error, 2, &goal, 1.0)
     }
 

@@ -171,6 +171,7 @@ mod tests {
     use crate::light::Mode;
     use crate::render::assembly::{Discretization, Silent};
     use crate::render::layers::Apart;
+    use crate::render::rendered::LightOnPatches;
     use crate::render::search::solved::Task;
     use crate::scene::Scene;
 
@@ -192,8 +193,14 @@ mod tests {
     fn checked() -> Checked {
         let p = Discretization::new(Scene::open("cornell-box").expect("a scene"), 200);
         let (tolerance, size) = (TOLERANCE, (16, 16).into());
-        let goal = PictureGoal { tolerance, size, deadline: None, memory: f64::INFINITY, seed: 0 };
-        let task = Task { transport: Mode::Global.transport(), goal: &goal, apart: Apart::default(), watch: &Silent };
+        let goal = PictureGoal { tolerance, size, deadline: None, memory: f64::INFINITY.into(), seed: 0 };
+        let task = Task {
+            transport: Mode::Global.transport(),
+            goal: &goal,
+            apart: Apart::default(),
+            on_patches: LightOnPatches::LeftOut,
+            watch: &Silent,
+        };
         let (solved, mut spent) = Solved::new(&p, &task, 256).expect("converges");
         let rough = solved.rough(&goal, &Silent);
         let mut check = Check::new(&solved, &goal, &rough.gathered);

@@ -26,7 +26,8 @@ use crate::light::budget::{FEW_PIXELS, FORM_FACTORS, PATCHES, left};
 use crate::render::assembly::{Discretization, render};
 use crate::render::fineness::Fineness;
 use crate::render::goal::{PictureGoal, Spent, timed};
-use crate::render::memory::{Held, fewer};
+use crate::render::memory::Held;
+use crate::render::pilot::fewer;
 use crate::render::rendered::Rendered;
 use crate::render::search::division::Division;
 use crate::render::search::residual_check::{Check, Finding};
@@ -60,7 +61,6 @@ pub(crate) fn render_to_tolerance(first: &Discretization, task: &Task) -> Result
     let tolerance = if step > 1 { FEW_PIXELS * goal.tolerance } else { goal.tolerance };
     let goal = &PictureGoal { size: goal.size.times(step), tolerance, ..*goal };
     let (solved, mut spent) = Search::new(first, &Task { goal: &goal.of_light(), ..*task }).run()?;
-    solved.tell(watch);
     let error = left(goal.tolerance, solved.error.sum().total.powi(2));
     let within = Gathering::Within { error, camera: solved.camera, seed: goal.seed, deadline: goal.deadline };
     let ((fields, emitters), seconds) = timed(|| solved.picture_fields());
@@ -114,14 +114,14 @@ impl<'a> Search<'a> {
         Search {
             task: *task,
             patches: first.clone(),
-            rays: first.begins_with.unwrap_or(Fineness::first(task.goal.tolerance).rays),
+            rays: Fineness::first(task.goal.tolerance).rays,
             spent: Spent::default(),
             check: None,
             division: None,
             count: 0,
             is_full: false,
             is_tight: false,
-            is_first: first.begins_with.is_none(),
+            is_first: true,
             squared: f64::INFINITY,
         }
     }
@@ -152,9 +152,7 @@ impl<'a> Search<'a> {
         }
         let Task { transport, goal, .. } = self.task;
         let sampling = half_of(self.rays, goal.seed, 0);
-        let is_known = self.patches.knows(&[transport], &sampling);
-        let less = || if is_known { None } else { fewer(&self.patches, transport, &sampling, HELD, goal.memory) };
-        let (found, seconds) = timed(less);
+        let (found, seconds) = timed(|| fewer(&self.patches, transport, &sampling, HELD, goal.memory));
         self.spent.seconds.patches += seconds;
         self.count += 1;
         self.is_full = found.is_some();

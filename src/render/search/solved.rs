@@ -19,7 +19,7 @@ use crate::reading::{Fields, Linear, View, linear};
 use crate::render::assembly::{Assembled, Discretization, PatchLight, Watch, assemble, render};
 use crate::render::goal::{PictureGoal, Spent, timed};
 use crate::render::layers::{Apart, EmitterPower, with_layers};
-use crate::render::rendered::{ErrorParts, Rendered};
+use crate::render::rendered::{ErrorParts, LightOnPatches, Rendered};
 use crate::solve::{Diverges, Settings, Solution, coarse_terms, neumann};
 
 /// Hemisphere rays of a patch for each to a luminaire.
@@ -70,6 +70,8 @@ pub(crate) struct Task<'a> {
     pub goal: &'a PictureGoal,
     /// What the picture is taken apart into.
     pub apart: Apart,
+    /// Whether the light on patches is wanted beside the picture.
+    pub on_patches: LightOnPatches,
     pub watch: &'a dyn Watch,
 }
 
@@ -77,9 +79,10 @@ pub(crate) struct Task<'a> {
 pub(crate) struct Solved {
     pub mode: Assembled,
     solution: Solution,
-    /// The other scrambling, where the picture is taken apart or somebody wants its light.
+    /// The other scrambling, where the picture is taken apart or the light on patches returned.
     other: Option<(Assembled, Solution)>,
     apart: Apart,
+    on_patches: LightOnPatches,
     pub fields: Fields,
     pub error: ErrorParts,
     /// RMS of the picture that the errors of F and of patches are relative to.
@@ -88,32 +91,24 @@ pub(crate) struct Solved {
     pub camera: f64,
 }
 
-/// The mean of the light of two halves.
-struct Mean {
-    casts: [Sampling; 2],
-    light: Vec<Light>,
-    terms: Vec<Vec<Light>>,
-    /// Half their difference, visible.
-    error: Vec<Rgb>,
-}
-
-impl Mean {
-    fn of(modes: [&Assembled; 2], [a, b]: [&Solution; 2]) -> Mean {
-        let mean = |(a, b): (&Light, &Light)| Light {
-            invisible: 0.5 * (a.invisible + b.invisible),
-            visible: 0.5 * (a.visible + b.visible),
-        };
-        let dark = vec![Light::default(); a.light.len()];
-        let term = |n: usize| {
-            let [a, b] = [a, b].map(|s| s.terms.get(n).unwrap_or(&dark));
-            a.iter().zip(b).map(mean).collect()
-        };
-        Mean {
-            casts: modes.map(|mode| mode.sampling),
-            light: a.light.iter().zip(&b.light).map(mean).collect(),
-            terms: (0..a.terms.len().max(b.terms.len())).map(term).collect(),
-            error: a.light.iter().zip(&b.light).map(|(a, b)| 0.5 * (a.visible - b.visible).abs()).collect(),
-        }
+/// The mean of the light of two halves, and half their difference, visible, for its error.
+fn mean_light([first, second]: [&Assembled; 2], [a, b]: [&Solution; 2]) -> PatchLight<'static> {
+    let mean = |(a, b): (&Light, &Light)| Light {
+        invisible: 0.5 * (a.invisible + b.invisible),
+        visible: 0.5 * (a.visible + b.visible),
+    };
+    let all = |a: &[Light], b: &[Light]| -> Vec<Light> { a.iter().zip(b).map(mean).collect() };
+    let dark = vec![Light::default(); a.light.len()];
+    let term = |n: usize| {
+        let [a, b] = [a, b].map(|s| s.terms.get(n).unwrap_or(&dark));
+        all(a, b)
+    };
+    let terms: Vec<_> = (0..a.terms.len().max(b.terms.len())).map(term).collect();
+    let error = a.light.iter().zip(&b.light).map(|(a, b)| 0.5 * (a.visible - b.visible).abs()).collect();
+    PatchLight {
+        casts: vec![first.sampling, second.sampling],
+        error: Some(error),
+        ..first.patch_light(all(&a.light, &b.light).into(), terms.into())
     }
 }
 
@@ -173,9 +168,10 @@ impl Solved {
         };
         let (fields, seconds) = timed(read);
         spent.seconds.solve += seconds;
-        let other = (!task.apart.is_nothing() || task.watch.wants_light()).then_some((second, other));
-        let (signal, apart) = (0.0, task.apart);
-        Ok((Solved { mode, solution, other, apart, fields, error, signal, camera: CAMERA[1] }, spent))
+        let other =
+            (!task.apart.is_nothing() || task.on_patches == LightOnPatches::Returned).then_some((second, other));
+        let (signal, apart, on_patches) = (0.0, task.apart, task.on_patches);
+        Ok((Solved { mode, solution, other, apart, on_patches, fields, error, signal, camera: CAMERA[1] }, spent))
     }
 }
 
@@ -228,7 +224,7 @@ fn is_dark(lights: &Lights) -> bool {
 
 /// One half of the rays. Those to luminaires become more with the others: noise of light as emitted is noise of F as
 /// well, and no other rays lessen it.
-pub fn half_of(rays: u32, seed: u32, half: u32) -> Sampling {
+pub(crate) fn half_of(rays: u32, seed: u32, half: u32) -> Sampling {
     let rays = (rays / 2).max(1);
     let emitter_rays = Sampling::default().emitter_rays.max(rays / FOR_EACH);
     Sampling { rays, emitter_rays, seed: replica_seed(seed, half) }
@@ -238,15 +234,6 @@ impl Solved {
     /// The patches it is on.
     pub fn patches(&self) -> &Patches {
         self.mode.patches()
-    }
-
-    /// Shows the light to those who want it.
-    pub fn tell(&self, watch: &dyn Watch) {
-        if let Some((second, other)) = self.other.as_ref().filter(|_| watch.wants_light()) {
-            let Mean { casts, light, terms, error } = Mean::of([&self.mode, second], [&self.solution, other]);
-            let (light, terms, error) = (&light[..], &terms[..], Some(&error[..]));
-            watch.solved(&PatchLight { mode: &self.mode, casts: &casts, light, terms, error });
-        }
     }
 
     /// The view of a small picture.
@@ -328,7 +315,9 @@ impl Solved {
         // Where nodes of many luminaires and polynomials stand for them, those may be off by what is tolerable.
         self.error.gather = gathered.error.relative().hypot(self.mode.lights.stand_ins());
         let rendered = Rendered::new(&self.mode, &self.solution, gathered, self.apart, spent);
-        Rendered { error: self.error.sum(), ..rendered }
+        let other = self.other.as_ref().filter(|_| self.on_patches == LightOnPatches::Returned);
+        let light = other.map(|(second, other)| mean_light([&self.mode, second], [&self.solution, other]));
+        Rendered { error: self.error.sum(), light, ..rendered }
     }
 }
 

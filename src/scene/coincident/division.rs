@@ -8,6 +8,7 @@
 
 use glam::DVec2;
 
+use crate::scene::bounds::Bounds;
 use crate::scene::coincident::planes::TOLERANCE;
 use crate::scene::convex_polygon::{area, edges, put_above};
 
@@ -27,14 +28,8 @@ pub(super) type Polygon = Vec<DVec2>;
 /// Whether two overlap by more than rounding: no edge of either has the other on its outside.
 #[inline]
 pub(super) fn overlap(a: &[DVec2], b: &[DVec2]) -> bool {
-    boxes_meet(a, b) && !are_apart(a, b) && !are_apart(b, a)
-}
-
-#[inline]
-fn boxes_meet(a: &[DVec2], b: &[DVec2]) -> bool {
-    let around = |polygon: &[DVec2]| polygon.iter().fold([polygon[0]; 2], |[low, high], &p| [low.min(p), high.max(p)]);
-    let ([low, high], [other_low, other_high]) = (around(a), around(b));
-    low.cmple(other_high).all() && other_low.cmple(high).all()
+    let around = |polygon: &[DVec2]| Bounds::of(polygon.iter().copied());
+    around(a).meets(&around(b)) && !are_apart(a, b) && !are_apart(b, a)
 }
 
 /// Whether an edge of the first has the second on its outside, but for rounding.

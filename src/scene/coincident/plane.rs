@@ -12,6 +12,7 @@
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 
+use crate::scene::bounds::Bounds;
 use crate::scene::coincident::division::{Covering, Marks, Piece, Polygon, divided, overlap};
 use crate::scene::coincident::planes::Plane;
 use crate::scene::coincident::triangle_tree::TriangleTree;
@@ -42,8 +43,7 @@ struct Tile {
     corners: [DVec2; 3],
     /// Whether its corners run counter-clockwise there.
     is_upright: bool,
-    low: DVec2,
-    high: DVec2,
+    bounds: Bounds<DVec2>,
 }
 
 /// The faces of one way.
@@ -96,13 +96,13 @@ fn pairs(tiles: &[Tile], mut visit: impl FnMut(usize, usize)) -> bool {
         (1..n).for_each(|k| (0..k).for_each(|j| visit(j, k)));
         return true;
     }
-    let extent = tiles.iter().fold(DVec2::ZERO, |extent, own| extent.max((own.low - tiles[0].low).abs()));
+    let extent = tiles.iter().fold(DVec2::ZERO, |extent, own| extent.max((own.bounds.low - tiles[0].bounds.low).abs()));
     let axis = extent.max_position();
-    let mut order: Vec<(f64, usize)> = tiles.iter().map(|tile| tile.low[axis]).zip(0..).collect();
+    let mut order: Vec<(f64, usize)> = tiles.iter().map(|tile| tile.bounds.low[axis]).zip(0..).collect();
     order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let mut remaining = MOST * n;
     for (place, &(_, k)) in order.iter().enumerate() {
-        for &(_, j) in order[place + 1..].iter().take_while(|(low, _)| *low < tiles[k].high[axis]) {
+        for &(_, j) in order[place + 1..].iter().take_while(|(low, _)| *low < tiles[k].bounds.high[axis]) {
             if remaining == 0 {
                 return false;
             }
@@ -133,13 +133,11 @@ impl Tile {
     fn new(scene: &Scene, face: u32, (u, v): (DVec3, DVec3)) -> Tile {
         let corners = scene.exact_corners(face).map(|p| DVec2::new(p.dot(u), p.dot(v)));
         let [a, b, c] = corners;
-        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-        Tile { face, corners, is_upright: (b - a).perp_dot(c - a) > 0.0, low, high }
+        Tile { face, corners, is_upright: (b - a).perp_dot(c - a) > 0.0, bounds: Bounds::of(corners) }
     }
 
     fn overlaps(&self, other: &Tile) -> bool {
-        let boxes_meet = self.low.cmplt(other.high).all() && other.low.cmplt(self.high).all();
-        boxes_meet && overlap(&self.ring(), &other.ring())
+        self.bounds.meets(&other.bounds) && overlap(&self.ring(), &other.ring())
     }
 
     /// Its corners counter-clockwise.

@@ -11,6 +11,7 @@ use std::ops::Range;
 use glam::DVec2;
 use smallvec::{SmallVec, smallvec};
 
+use crate::scene::bounds::Bounds;
 use crate::scene::coincident::division::overlap;
 
 /// Triangles of a leaf, at most about.
@@ -33,49 +34,28 @@ pub(super) struct TriangleTree {
 
 #[derive(Clone, Copy)]
 struct Node {
-    low: DVec2,
-    high: DVec2,
+    bounds: Bounds<DVec2>,
     /// The first of its triangles that is inserted.
     first: u32,
-}
-
-impl Node {
-    const EMPTY: Node = Node { low: DVec2::INFINITY, high: DVec2::NEG_INFINITY, first: NEVER };
-
-    fn around(polygon: &[DVec2]) -> Node {
-        let wider = |node: Node, &p: &DVec2| Node { low: node.low.min(p), high: node.high.max(p), ..node };
-        polygon.iter().fold(Node::EMPTY, wider)
-    }
-
-    fn join(self, other: Node) -> Node {
-        Node { low: self.low.min(other.low), high: self.high.max(other.high), first: self.first.min(other.first) }
-    }
-
-    fn meets(&self, other: &Node) -> bool {
-        self.low.cmplt(other.high).all() && other.low.cmplt(self.high).all()
-    }
-
-    fn middle(&self) -> DVec2 {
-        0.5 * (self.low + self.high)
-    }
 }
 
 impl TriangleTree {
     /// Of triangles, counter-clockwise, of which none is inserted.
     pub fn new(tiles: Vec<[DVec2; 3]>) -> TriangleTree {
         let leaves = tiles.len().div_ceil(LEAF).next_power_of_two();
-        let middles: Vec<DVec2> = tiles.iter().map(|tile| Node::around(tile).middle()).collect();
+        let middles: Vec<DVec2> = tiles.iter().map(|&tile| Bounds::of(tile).middle()).collect();
         let mut order: Vec<u32> = (0..tiles.len() as u32).collect();
         sort(&mut order, 0..leaves, leaves, &middles);
-        let (mut leaf, mut nodes) = (vec![0; tiles.len()], vec![Node::EMPTY; 2 * leaves]);
+        let (mut leaf, mut nodes) =
+            (vec![0; tiles.len()], vec![Node { bounds: Bounds::NONE, first: NEVER }; 2 * leaves]);
         for own in 0..leaves {
             for &k in &order[part(tiles.len(), leaves, own)] {
                 leaf[k as usize] = own as u32;
-                nodes[leaves + own] = nodes[leaves + own].join(Node::around(&tiles[k as usize]));
+                nodes[leaves + own].bounds = nodes[leaves + own].bounds.union(Bounds::of(tiles[k as usize]));
             }
         }
         for node in (1..leaves).rev() {
-            nodes[node] = nodes[2 * node].join(nodes[2 * node + 1]);
+            nodes[node].bounds = nodes[2 * node].bounds.union(nodes[2 * node + 1].bounds);
         }
         TriangleTree { is_inserted: vec![false; tiles.len()], tiles, order, leaf, nodes }
     }
@@ -93,15 +73,15 @@ impl TriangleTree {
     /// One that is inserted, comes before a number, overlaps a polygon by more than rounding and is `wanted`: about the
     /// next to the polygon's middle.
     pub fn find(&self, polygon: &[DVec2], before: usize, wanted: impl Fn(usize) -> bool) -> Option<usize> {
-        let (around, leaves) = (Node::around(polygon), self.nodes.len() / 2);
+        let (around, leaves) = (Bounds::of(polygon.iter().copied()), self.nodes.len() / 2);
         let middle = around.middle();
         let mut remaining: SmallVec<[usize; 64]> = smallvec![1];
         while let Some(node) = remaining.pop() {
-            if self.nodes[node].first as usize >= before || !self.nodes[node].meets(&around) {
+            if self.nodes[node].first as usize >= before || !self.nodes[node].bounds.meets(&around) {
                 continue;
             }
             if node < leaves {
-                let away = |node: usize| self.nodes[node].middle().distance_squared(middle);
+                let away = |node: usize| self.nodes[node].bounds.middle().distance_squared(middle);
                 let near = if away(2 * node) <= away(2 * node + 1) { 0 } else { 1 };
                 remaining.extend([2 * node + 1 - near, 2 * node + near]);
                 continue;
@@ -127,8 +107,7 @@ fn sort(order: &mut [u32], leaves: Range<usize>, all: usize, middles: &[DVec2]) 
     if leaves.len() == 1 {
         return;
     }
-    let around = order.iter().fold(Node::EMPTY, |node, &k| node.join(Node::around(&[middles[k as usize]])));
-    let extent = around.high - around.low;
+    let extent = Bounds::of(order.iter().map(|&k| middles[k as usize])).size();
     let axis = usize::from(extent.y > extent.x);
     let along = |k: u32| middles[k as usize][axis];
     let half = leaves.start + leaves.len() / 2;

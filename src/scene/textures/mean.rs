@@ -26,6 +26,7 @@
 
 use glam::{DVec2, DVec3};
 
+use crate::scene::bounds::Bounds;
 use crate::scene::convex_polygon::{area, clip, edges};
 use crate::scene::textures::stored_image::Cells;
 use crate::scene::textures::texture::{Filter, Texture, Wrap};
@@ -71,19 +72,18 @@ impl Texture {
     /// one line.
     fn mean_within<const N: usize>(&self, polygon: [DVec2; N], most: f64) -> Option<DVec3> {
         let corners = polygon.map(|at| self.in_texels(at));
-        let (low, high) = extent(&corners);
         let area = area(&corners).abs();
-        let has_area = area > FLAT * (high - low).length_squared() && area > LEAST;
+        let has_area = area > FLAT * Bounds::of(corners).size().length_squared() && area > LEAST;
         has_area.then(|| self.mean_in_texels(&corners, most))
     }
 
     /// The mean over a polygon in texels that has an area.
     fn mean_in_texels(&self, corners: &[DVec2], most: f64) -> DVec3 {
-        let (low, high) = extent(corners);
-        let extent = high - low;
+        let bounds = Bounds::of(corners.iter().copied());
+        let Bounds { low, high } = bounds;
         let size = self.size();
         let fits = |extent: DVec2| (extent.x + 2.0) * (extent.y + 2.0) <= most;
-        if fits(extent) {
+        if fits(bounds.size()) {
             return self.texels(corners);
         }
         let leaves = |axis: usize| self.wrap[axis] == Wrap::Clamp && (low[axis] < 0.0 || high[axis] > size[axis]);
@@ -92,7 +92,7 @@ impl Texture {
         }
         for cells in self.image.means() {
             let scale = DVec2::new(cells.width as f64, cells.height as f64) / size;
-            if fits(extent * scale) {
+            if fits(bounds.size() * scale) {
                 return self.cells(cells, corners.iter().map(|p| *p * scale).collect());
             }
         }
@@ -205,11 +205,6 @@ fn press(part: &mut [DVec2], axis: usize, band: [Option<f64>; 2]) {
     part.iter_mut().for_each(|p| p[axis] = edge + inward * (p[axis] - edge).abs() / far);
 }
 
-/// The lower left and upper right of points.
-fn extent(points: &[DVec2]) -> (DVec2, DVec2) {
-    points.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), &p| (low.min(p), high.max(p)))
-}
-
 /// The values around a polygon with their running sums along the rows.
 struct Window {
     /// Column and row of the first value.
@@ -228,7 +223,7 @@ impl Window {
         wrapped: impl Fn(usize, i64) -> usize,
         value: impl Fn(usize, usize) -> DVec3,
     ) -> Window {
-        let (low, high) = extent(corners);
+        let Bounds { low, high } = Bounds::of(corners.iter().copied());
         let first = [low.x.floor() as i64, low.y.floor() as i64];
         let last = [high.x.floor() as i64 + 1, high.y.floor() as i64 + 1];
         let columns = (last[0] - first[0] + 1) as usize;

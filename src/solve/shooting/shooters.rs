@@ -188,10 +188,6 @@ pub struct RayShooter {
     lights: Arc<Lights>,
     materials: PatchMaterials,
     areas: Vec<f64>,
-    /// tau of each material.
-    tau: Vec<f32>,
-    /// No ray goes on behind its first crossing.
-    opaque: bool,
     received: (Vec<Rgb>, u64),
     /// Per patch: it stands for a half of the sky.
     sky: Vec<bool>,
@@ -220,11 +216,11 @@ impl RayShooter {
         let (punctual, more) = by_rays.receive_punctual(&receives, &sampling);
         received.0.iter_mut().zip(&punctual).for_each(|(sum, l)| *sum += *l);
         received.1 += more;
-        let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
         if sky.contains(&true) {
             let wanted = settings.rays / patches.len() as u32;
             let sampling = Sampling { rays: wanted.clamp(64, 1 << 14), emitter_rays: 0, seed: settings.seed };
-            let variant = Variant { tau: tau.clone(), rows: materials.receives(), columns: sky.clone() };
+            let variant =
+                Variant { tau: transports.iter().map(|t| t.tau).collect(), rows: receives, columns: sky.clone() };
             let (factors, cast) = cast(rays, patches, &[variant], &sampling, &|_| ());
             let emitted: Vec<_> = materials.emission.iter().map(|e| e.invisible.extend(0.0)).collect();
             for (sum, light) in received.0.iter_mut().zip(factors[0].rows.product(&emitted)) {
@@ -233,14 +229,11 @@ impl RayShooter {
             received.1 += cast;
         }
         let areas = patches.file_areas(scene);
-        let opaque = !transports.iter().any(|t| t.tau > 0.0);
         RayShooter {
             lights,
             materials,
             punctual: arriving(&areas, &punctual),
             areas,
-            tau,
-            opaque,
             received,
             sky,
             sobol: Sobol::new(BLOCK as usize, 4),
@@ -262,7 +255,7 @@ impl RayShooter {
         let mut hits = Vec::new();
         for k in from..to {
             let ray = hemisphere_ray(&self.lights.patches, s.patch as usize, |d| self.sobol.point(k as u32, d, seed));
-            self.lights.geometry.rays.light_crossings(&ray, self.opaque, &mut hits);
+            self.lights.geometry.rays.light_crossings(&ray, self.lights.opaque, &mut hits);
             self.follow(&ray, &hits, &mut landed);
         }
         let share = 1.0 / count as f64;
@@ -273,7 +266,7 @@ impl RayShooter {
     /// Lets one ray's unit of power land along its crossings.
     fn follow(&self, ray: &Ray, hits: &[Hit], landed: &mut Vec<(u32, f64)>) {
         let rays = &self.lights.geometry.rays;
-        let tau = |m: usize| f64::from(self.tau[m]);
+        let tau = |m: usize| f64::from(self.lights.transports[m].tau);
         rays.transmit(hits, tau, |hit, through| {
             if !rays.is_sky(hit.face) {
                 landed.extend(self.lights.patches.met(ray, hit).map(|j| (j, through)));
@@ -333,7 +326,7 @@ impl Shooter for RayShooter {
         let m = &self.materials;
         let passed = m.rho.iter().zip(&m.alpha).map(|(r, a)| a * r.max_element());
         let most = passed.fold(0.0, f32::max);
-        let converges = most == 0.0 || (self.opaque && most < 1.0);
+        let converges = most == 0.0 || (self.lights.opaque && most < 1.0);
         Ok(if converges { Convergence::Proved } else { Convergence::Unknown })
     }
 }

@@ -7,7 +7,6 @@ use std::hash::{DefaultHasher, Hasher};
 use std::ops::RangeBounds;
 use std::path::PathBuf;
 use std::str::FromStr;
-use std::sync::OnceLock;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
@@ -216,9 +215,6 @@ pub struct Effort {
     /// Within which memory.
     #[command(flatten)]
     pub limit: MemoryLimit,
-    /// That of the folder that F comes from.
-    #[arg(skip)]
-    pub kept: OnceLock<Fineness>,
 }
 
 /// What [`Effort`] requests.
@@ -231,15 +227,13 @@ pub enum Precision {
 }
 
 impl Effort {
-    /// The tolerance, unless some effort is given.
-    pub fn precision(&self) -> Precision {
-        if let Some(kept) = self.kept_precision(self.samples.unwrap_or(SAMPLES)) {
-            return kept;
-        }
-        if let (None, None, None) = (self.patches, self.rays, self.samples) {
+    /// The tolerance, unless some effort is given, or there is one: that of the folder which F comes from.
+    pub fn precision(&self, kept: Option<Fineness>) -> Precision {
+        let is_given = kept.is_some() || self.patches.is_some() || self.rays.is_some() || self.samples.is_some();
+        if self.tolerance.is_some() || !is_given {
             return Precision::Within(self.tolerance.unwrap_or(0.01));
         }
-        let default = Fineness::default();
+        let default = kept.unwrap_or_default();
         let patches = self.patches.map_or(default.patches, |n| n as usize);
         let fineness = Fineness { patches, rays: self.rays.unwrap_or(default.rays) };
         Precision::Fixed(fineness, self.samples.unwrap_or(SAMPLES))

@@ -9,13 +9,12 @@ use clap::{Args, ValueEnum};
 
 use crate::console::Console;
 use crate::error::CliError;
-use crate::options::arguments::{Effort, Precision};
+use crate::options::arguments::Precision;
 use halflight::form_factors::Sampling;
 use halflight::light::Transport;
 use halflight::pictures::Exposure;
-use halflight::render::{Assembled, Discretization, Fineness, PatchLight, Solver, Watch};
-use halflight::solve::Solution;
-use halflight_export::kept::{Also, Keeper, Keeping};
+use halflight::render::{Discretization, Fineness, LightOnPatches, PatchLight, Solver};
+use halflight_export::kept::{Also, Keeping, KeptFolder, KeptRows, NewKept};
 
 /// A folder to make, and one to go on from.
 #[derive(Args, Debug)]
@@ -42,17 +41,8 @@ pub enum AlsoChoice {
 }
 
 impl Keep {
-    /// Opens the folders; none where none is named. Where one is read and no effort is given, it is that of the folder.
-    pub fn open(&self, effort: &Effort, several: bool, exposure: Exposure) -> Result<Option<Kept>, CliError> {
-        let Some(kept) = self.folders(several, exposure)? else { return Ok(None) };
-        if let (Some(fineness), None) = (kept.0.fineness(), effort.tolerance) {
-            effort.kept.get_or_init(|| fineness);
-        }
-        Ok(Some(kept))
-    }
-
-    /// Opens the folders where no effort is known.
-    pub fn folders(&self, several: bool, exposure: Exposure) -> Result<Option<Kept>, CliError> {
+    /// Opens the folders; none where none is named.
+    pub fn open(&self, several: bool, exposure: Exposure) -> Result<Option<Kept>, CliError> {
         if self.save.is_none() && self.load.is_none() {
             return Ok(None);
         }
@@ -60,126 +50,79 @@ impl Keep {
             AlsoChoice::Ply => Also::Ply,
             AlsoChoice::Mtx => Also::Mtx,
         };
-        let also = self.save_also.iter().map(also).collect();
-        let keeping = Keeping { save: self.save.clone(), load: self.load.clone(), also, several, exposure };
-        Ok(Some(Kept(Arc::new(Keeper::open(keeping)?))))
+        let rows = Arc::new(KeptRows::new(self.save.as_deref()));
+        let begin = |folder: &PathBuf| {
+            let also = self.save_also.iter().map(also).collect();
+            NewKept::begin(Keeping { folder: folder.clone(), also, several, exposure }, &rows)
+        };
+        let new = self.save.as_ref().map(begin).transpose()?;
+        let loaded = self.load.as_deref().map(KeptFolder::open).transpose()?;
+        Ok(Some(Kept { rows, loaded, new }))
     }
 }
 
 /// The folders of a run.
-pub struct Kept(pub Arc<Keeper>);
+pub struct Kept {
+    rows: Arc<KeptRows>,
+    loaded: Option<KeptFolder>,
+    new: Option<NewKept>,
+}
 
 impl Kept {
-    /// A solver that takes rows from here.
-    pub fn with(kept: Option<&Kept>, solver: Solver) -> Solver {
-        match kept {
-            Some(kept) => solver.rows(Arc::clone(&kept.0) as _),
-            None => solver,
+    /// The patches and rays of the folder that is read; none where there is none, or it was made to a tolerance.
+    pub fn fineness(&self) -> Option<Fineness> {
+        self.loaded.as_ref()?.fineness()
+    }
+
+    /// Checks that F that is read serves a picture of this precision.
+    pub fn check(&self, precision: Precision) -> Result<(), CliError> {
+        match (&self.loaded, precision) {
+            (Some(_), Precision::Within(_)) => Err(CliError::Usage {
+                message: "--load takes F of given patches and rays, and a search for a tolerance casts its own".into(),
+                help: "name a folder that was made with --patches and --rays, and leave --tolerance out".into(),
+            }),
+            _ => Ok(()),
         }
     }
 
-    /// Checks that the folder read fits what is requested, and says what has changed.
-    pub fn check(
+    /// A solver that takes rows from here, and returns the light that is to be kept.
+    pub fn with(kept: Option<&Kept>, solver: Solver) -> Solver {
+        let Some(Kept { rows, new, .. }) = kept else { return solver };
+        let solver = solver.rows(Arc::clone(rows) as _);
+        if new.is_some() { solver.light_on_patches(LightOnPatches::Returned) } else { solver }
+    }
+
+    /// Reads F of the modes, which must fit what is requested.
+    pub fn read(
         &self,
         p: &Discretization,
         modes: &[Transport],
         sampling: &Sampling,
         console: &Console,
     ) -> Result<(), CliError> {
-        let changed = self.0.check(p, modes, sampling)?;
-        self.say(&changed, console);
+        let Some(folder) = &self.loaded else { return Ok(()) };
+        folder.read(p, modes, sampling, &self.rows)?;
+        console.say(format!("F from {}", folder.path().display()));
         Ok(())
-    }
-
-    /// The same for the crossings of a map.
-    pub fn check_layers(
-        &self,
-        p: &Discretization,
-        (mode, sampling): (Transport, &Sampling),
-        console: &Console,
-    ) -> Result<(), CliError> {
-        let changed = self.0.check_layers(p, mode, sampling)?;
-        self.say(&changed, console);
-        Ok(())
-    }
-
-    /// What a search for a tolerance begins with; says what has changed since that was found.
-    pub fn start(
-        &self,
-        solver: &Solver,
-        (mode, seed): (Transport, u32),
-        console: &Console,
-    ) -> Result<Option<Discretization>, CliError> {
-        let Some(requested) = self.0.requested() else { return Ok(None) };
-        let Some((start, changed)) = self.0.start(&solver.cut(requested), mode, seed)? else { return Ok(None) };
-        self.say(&changed, console);
-        Ok(Some(start))
-    }
-
-    fn say(&self, changed: &[String], console: &Console) {
-        let Some(folder) = self.0.loaded() else { return };
-        let since = if changed.is_empty() { String::new() } else { format!("; changed since: {}", changed.join(", ")) };
-        console.say(format!("F from {}{since}", folder.display()));
-    }
-
-    /// Checks it for patches and rays that are given.
-    pub fn check_fineness(
-        &self,
-        solver: &Solver,
-        modes: &[Transport],
-        (fineness, seed): (Fineness, u32),
-        console: &Console,
-    ) -> Result<(), CliError> {
-        self.check(&solver.cut(fineness.patches), modes, &fineness.sampling(seed), console)
     }
 
     /// Writes the folder of a mode's light.
-    pub fn save(&self, mode: &Assembled, solution: &Solution) -> Result<(), CliError> {
-        Ok(self.0.save(&mode.light(solution))?)
+    pub fn save(&self, light: &PatchLight) -> Result<(), CliError> {
+        Ok(self.new.iter().try_for_each(|new| new.save(light))?)
+    }
+
+    /// Writes the folder of a mode's F.
+    pub fn save_factors(&self, p: &Discretization, mode: Transport, sampling: Sampling) -> Result<(), CliError> {
+        Ok(self.new.iter().try_for_each(|new| new.save_factors(p, mode, sampling))?)
     }
 
     /// Puts the folder in its place, and says where it is.
-    pub fn finish(&self, console: &Console) -> Result<Option<PathBuf>, CliError> {
-        let made = self.0.finish()?;
+    pub fn finish(self, console: &Console) -> Result<Option<PathBuf>, CliError> {
+        let Some(new) = self.new else { return Ok(None) };
+        let made = new.finish()?;
         if let Some(folder) = &made {
             console.say(format!("kept in {}", folder.display()));
         }
         Ok(made)
-    }
-}
-
-/// Shows the work on the console, and keeps the light of every mode.
-pub struct Watched<'a> {
-    pub console: &'a Console,
-    pub kept: Option<&'a Kept>,
-}
-
-impl Watch for Watched<'_> {
-    fn begin(&self, step: &str, length: u64) {
-        self.console.begin(step, length);
-    }
-
-    fn tick(&self, done: u64) {
-        self.console.tick(done);
-    }
-
-    fn solved(&self, light: &PatchLight) {
-        let Some(kept) = self.kept else { return };
-        if let Err(error) = kept.0.save(light) {
-            kept.0.fail(error);
-        }
-    }
-
-    fn wants_light(&self) -> bool {
-        self.kept.is_some_and(|kept| kept.0.saves())
-    }
-}
-
-impl Effort {
-    /// The folder's patches and rays, where they are not given.
-    pub(crate) fn kept_precision(&self, samples: u32) -> Option<Precision> {
-        let fineness = self.kept.get()?;
-        let patches = self.patches.map_or(fineness.patches, |n| n as usize);
-        Some(Precision::Fixed(Fineness { patches, rays: self.rays.unwrap_or(fineness.rays) }, samples))
     }
 }

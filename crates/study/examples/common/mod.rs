@@ -4,8 +4,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use miette::Diagnostic;
+use miette::{Diagnostic, MietteDiagnostic};
 
+use halflight::render::Unfit;
 use halflight::scene::Scene;
 use halflight_plot::Drawing;
 
@@ -41,6 +42,12 @@ pub fn open(scene: &str) -> Result<Scene, Failure> {
     scene.require_emission()?;
     scene.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
     Ok(scene)
+}
+
+/// What does not fit in memory, and what would.
+pub fn too_large(unfit: Unfit) -> Failure {
+    let help = format!("about {} patches would fit: pass fewer --patches or --rays", unfit.fitting);
+    MietteDiagnostic::new(unfit.to_string()).with_help(help).into()
 }
 
 /// The exit code of an example, which says on stderr why it ended early and what to do.

@@ -12,7 +12,7 @@
 //! A grid of the square and two paths across it from mode to mode are shown, each at one exposure. Not handled: errors;
 //! the effort is given.
 
-use crate::common::Failure;
+use crate::common::{Failure, too_large};
 use crate::page::{AXES, PageSettings, exposure_for, exposure_words, no_light};
 use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
@@ -41,7 +41,7 @@ pub struct Point {
 pub fn solve_square(settings: &PageSettings, effort: (Fineness, u32)) -> Result<Vec<Point>, Failure> {
     let (Fineness { patches, .. }, samples) = effort;
     let (p, sampling) = (Solver::new(settings.scene).cut(patches), effort.0.sampling(settings.seed));
-    check_crossings(&p, &sampling, 1, usable_memory())?;
+    check_crossings(&p, &sampling, 1, usable_memory()).map_err(too_large)?;
     let square = Square::new(&p, &sampling, &Silent);
     let pass = GatherPass::new(settings.size, &GatherSampling::with_samples(samples, settings.seed));
     let points = square_points();

@@ -4,7 +4,7 @@
 //! and tau across. A mode whose series diverges has a hatched panel, and the others keep their common exposure. Not
 //! handled: a mode of one's own.
 
-use crate::common::Failure;
+use crate::common::{Failure, too_large};
 use crate::page::{AXES, PageSettings, exposure_for, exposure_words, no_light};
 use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
@@ -34,14 +34,15 @@ pub fn solve_modes(settings: &PageSettings, precision: Precision) -> Result<Vec<
     match precision {
         Precision::Within(tolerance) => {
             let solve = |mode| match solver.render(mode, size).tolerance(tolerance) {
-                Err(RenderError::Memory(unfit)) => Err(unfit.into()),
+                Err(RenderError::Memory(unfit)) => Err(too_large(unfit)),
                 Err(RenderError::Diverges(e)) => Ok(Err(e)),
                 Ok(rendered) => Ok(Ok(rendered)),
             };
             Mode::ALL.into_iter().map(solve).collect()
         }
         Precision::Fixed((fineness, samples)) => {
-            let equations = solver.assemble(&Mode::ALL.map(Mode::transport), fineness, &Silent)?;
+            let assembled = solver.assemble(&Mode::ALL.map(Mode::transport), fineness, &Silent);
+            let equations = assembled.map_err(too_large)?;
             let pass = GatherPass::new(size, &GatherSampling::with_samples(samples, seed));
             Ok(equations.render(&pass, &Silent))
         }

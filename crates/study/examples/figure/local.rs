@@ -230,8 +230,9 @@ pub fn local_page(found: &LocalLight, effort: &LocalEffort, brighter: f32) -> Pa
 impl LocalLight {
     /// What pictures differ by, one line each, and what the path tracer would need.
     pub fn table(&self) -> String {
-        let mut text =
-            format!("{:34} {:>11} {:>11} {:>10} {:>8}\n", "", "e_pixel", "mean colour", "largest", "seconds");
+        let drawn = |drawn: &OpenGlPicture| format!("OpenGL: {}, {}\n", drawn.renderer, drawn.version);
+        let mut text = self.opengl.as_ref().map_or(String::new(), drawn);
+        let _ = writeln!(text, "{:34} {:>11} {:>11} {:>10} {:>8}", "", "e_pixel", "mean colour", "largest", "seconds");
         let mut line = |what: &str, e_pixel: f64, others: [Option<String>; 3]| {
             let [mean, largest, seconds] = others.map(|value| value.unwrap_or("-".into()));
             let e_pixel = format!("{:.5} %", 100.0 * e_pixel);

@@ -5,7 +5,7 @@
 //! of KE, and say so. Modes whose series diverges have no L and no rows: the caption names them. Not handled: errors; the
 //! effort is given.
 
-use crate::common::Failure;
+use crate::common::{Failure, too_large};
 use crate::page::{PageSettings, exposure_for, exposure_words};
 use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
@@ -79,7 +79,8 @@ fn blank(name: &str) -> Cell {
 pub fn solve_series(settings: &PageSettings, effort: (Fineness, u32)) -> Result<Vec<Successive>, Failure> {
     let PageSettings { scene, size, seed, .. } = *settings;
     let (fineness, samples) = effort;
-    let equations = Solver::new(scene).seed(seed).assemble(&Mode::ALL.map(Mode::transport), fineness, &Silent)?;
+    let equations = Solver::new(scene).seed(seed).assemble(&Mode::ALL.map(Mode::transport), fineness, &Silent);
+    let equations = equations.map_err(too_large)?;
     let pass = GatherPass::new(size, &GatherSampling::with_samples(samples, seed));
     let series = equations.modes.iter().map(|mode| match neumann(&mode.operator, &Settings::default()) {
         Ok(s) => {

@@ -2,7 +2,7 @@
 //!
 //! Not handled: the whole map ([`map`](halflight_study::map::map)).
 
-use crate::common::Failure;
+use crate::common::{Failure, too_large};
 use halflight::Solver;
 use halflight::form_factors::Sampling;
 use halflight::light::Transport;
@@ -33,7 +33,7 @@ impl Slice {
     /// Casts the rays, and finds both frontiers from the middle of their bounds.
     pub fn new(scene: Scene, tau: f64, patches: usize, sampling: Sampling) -> Result<Slice, Failure> {
         let p = Solver::new(&scene).cut(patches);
-        check_crossings(&p, &sampling, 1, usable_memory())?;
+        check_crossings(&p, &sampling, 1, usable_memory()).map_err(too_large)?;
         let survey = Survey::new(&p, &sampling, &Silent);
         let radius = survey.spectrum(tau, &survey.start()).worst();
         let squares = survey.moment(tau, 2.0, &survey.start()).worst();

@@ -27,7 +27,7 @@ use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Light, Rgb};
 use halflight::pictures::Picture;
 use halflight::rays::sobol::replica_seed;
-use halflight::render::{Assembled, Discretization, Seconds, Stored, Unfit, pictures};
+use halflight::render::{Assembled, Discretization, Seconds, Unfit, pictures};
 use halflight::solve::{Diverges, RaySettings, Settings, Shooter, Shooting, ShootingSettings, neumann};
 
 /// How fine a patch method works.
@@ -112,8 +112,7 @@ fn cut_within(p: &Discretization, plan: &StudyPlan, effort: &PatchEffort) -> Res
 
 /// Checks that K of the patches as they are, and its solutions, fit in memory.
 pub(crate) fn check_fit(p: &Discretization, plan: &StudyPlan, effort: &PatchEffort) -> Result<(), Unfit> {
-    let fits = p.check_memory(&[plan.transport], &effort.sampling(), SOLUTIONS, plan.memory);
-    fits.map_err(|unfit| unfit.of(Stored::Verdicts))
+    p.check_memory(&[plan.transport], &effort.sampling(), SOLUTIONS, plan.memory)
 }
 
 /// Patches of a scene, and how finely a study works on them.

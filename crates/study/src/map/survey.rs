@@ -23,9 +23,9 @@
 
 use glam::Vec4;
 
-use halflight::form_factors::{Layers, Progress, Sampling, Variant, cast_layers};
+use halflight::form_factors::{Layers, Sampling, Variant, cast_layers};
 use halflight::light::{Rgb, Transport};
-use halflight::operator::{Spectrum, SpectrumEffort, Wanted, spectrum_of};
+use halflight::operator::{Spectrum, SpectrumEffort, spectrum_of};
 use halflight::patches::Patches;
 use halflight::rays::Rays;
 use halflight::render::{Discretization, Stored, Unfit, Watch, check_fit, pilots};
@@ -61,29 +61,13 @@ impl Survey {
 
     /// Casts the rays for materials at alpha = tau = 1, or their own.
     pub fn new(p: &Discretization, sampling: &Sampling, watch: &dyn Watch) -> Survey {
-        let transports = p.geometry.scene.transports(Survey::CORNER);
-        let (geometry, patches) = (&*p.geometry, &*p.patches);
-        let subject = Subject { scene: &geometry.scene, rays: &geometry.rays, patches };
-        Survey::with(&subject, &transports, watch, |own, tick| {
-            let variants = std::slice::from_ref(own);
-            p.rows.layers(&Wanted { geometry, patches, variants, sampling, tick })
-        })
+        let subject = Subject { scene: &p.geometry.scene, rays: &p.geometry.rays, patches: &p.patches };
+        Survey::of(&subject, &p.transports(Survey::CORNER), sampling, watch)
     }
 
     /// The same for any (alpha, tau) of the materials, which take the place of their own.
     pub fn of(subject: &Subject, transports: &[Transport], sampling: &Sampling, watch: &dyn Watch) -> Survey {
-        let Subject { rays, patches, .. } = *subject;
-        Survey::with(subject, transports, watch, |own, tick| cast_layers(rays, patches, own, sampling, tick))
-    }
-
-    /// The same with the crossings that `layers` has.
-    fn with(
-        subject: &Subject,
-        transports: &[Transport],
-        watch: &dyn Watch,
-        layers: impl FnOnce(&Variant, Progress) -> (Layers, u64),
-    ) -> Survey {
-        let Subject { scene, patches, .. } = *subject;
+        let Subject { scene, rays, patches } = *subject;
         let of = |(i, &m): (usize, &u32)| transports[m as usize].alpha * patches.reflectance(scene, i);
         let passed: Vec<Rgb> = patches.materials().iter().enumerate().map(of).collect();
         let largest: Vec<f32> = passed.iter().map(|b| b.max_element()).collect();
@@ -91,7 +75,7 @@ impl Survey {
         let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
         watch.begin("form factors", patches.len() as u64);
         let own = Variant { tau, rows: travels.clone(), columns: travels };
-        let (layers, rays) = layers(&own, &|done| watch.tick(done));
+        let (layers, rays) = cast_layers(rays, patches, &own, sampling, &|done| watch.tick(done));
         Survey { layers, passed: passed.iter().map(|b| b.extend(0.0)).collect(), largest, rays }
     }
 
