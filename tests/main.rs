@@ -9,6 +9,7 @@ mod closed_forms;
 mod colours;
 mod common;
 mod form_factors;
+mod frontier;
 mod furnace;
 mod geometry_points;
 mod gltf;

@@ -169,8 +169,6 @@ pub enum Stored {
     Rows(f64),
     /// Every crossing of every ray, so many for each patch.
     Crossings(f64),
-    /// I - K as a dense matrix.
-    Dense,
 }
 
 /// A problem would not fit in memory.
@@ -237,14 +235,13 @@ impl Stored {
         match self {
             Stored::Rows(_) => "K",
             Stored::Crossings(_) => "the crossings of the rays",
-            Stored::Dense => "the dense matrix I - K",
         }
     }
 
     fn need(self) -> &'static str {
         match self {
             Stored::Crossings(_) => "need",
-            _ => "needs",
+            Stored::Rows(_) => "needs",
         }
     }
 }

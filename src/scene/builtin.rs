@@ -47,7 +47,7 @@ pub const ALL: [Files; 5] = [
     embed!("two-rooms"),
 ];
 
-/// The room that `halflight figure` shows: found by its name, and not in the list of scenes to study.
+/// The room of the figures for print: found by its name, and not in the list of scenes to study.
 pub const GALLERY: Files = embed!("gallery");
 
 /// The files of the scene of that name.

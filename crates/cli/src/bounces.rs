@@ -26,8 +26,7 @@ use halflight::scene::Scene;
 use halflight::solve::{Bounce, Solution, Verdict};
 use halflight_lighting::Measured;
 use halflight_plot::term_name;
-use halflight_study::figures::{bounce_sheet, bounces_chart};
-use halflight_study::{bounce_fields, bounce_pictures, partial_sums};
+use halflight_study::{bounce_fields, bounce_pictures, bounce_sheet, bounces_chart, partial_sums};
 
 /// `halflight bounces`
 #[derive(Args, Debug)]

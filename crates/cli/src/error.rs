@@ -196,10 +196,6 @@ fn unfit_advice(unfit: &Unfit, patches: Patches) -> String {
             );
             (why, format!("{asked}, fewer --rays"))
         }
-        Stored::Dense => {
-            let why = "True tails come from (I - K) L = E solved by LU, and memory grows with the patches squared";
-            (why.to_owned(), asked)
-        }
     };
     let fitting = unfit.fitting;
     format!("{why}. About {fitting} patches would fit: {remedy}, or --memory GIB if there is more memory than it seems")

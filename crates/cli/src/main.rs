@@ -22,8 +22,6 @@ pub(crate) mod diff;
 pub(crate) mod error;
 pub(crate) mod explore;
 pub(crate) mod factors;
-pub(crate) mod figure;
-pub(crate) mod frontier;
 pub(crate) mod map;
 pub(crate) mod options;
 pub(crate) mod pictures;
@@ -48,8 +46,6 @@ use crate::diff::Diff;
 use crate::error::{CliError, show};
 use crate::explore::Explore;
 use crate::factors::Factors;
-use crate::figure::FigureArguments;
-use crate::frontier::Frontier;
 use crate::map::MapArguments;
 use crate::options::arguments::{Common, use_threads};
 use crate::relight::Relight;
@@ -109,16 +105,12 @@ enum Command {
     Explore(Explore),
     /// Form factors between the objects of a scene, with their errors
     Factors(Factors),
-    /// Make a labelled figure for print: the four modes, successive approximation, or what lies between the modes
-    Figure(FigureArguments),
     /// Dim or recolour the lamps of what was solved, or find how far to dim them: no ray is cast
     Relight(Relight),
     /// Render a scene by path tracing, a witness to the solver
     Trace(Trace),
     /// Map where the series converges over the (alpha, tau) square
     Map(MapArguments),
-    /// Show what each method does on both sides of the frontier where the series starts to diverge
-    Frontier(Frontier),
     /// List the scenes that are built in
     Scenes,
 }
@@ -204,10 +196,8 @@ fn run(Cli { command, common }: Cli) -> Result<(), CliError> {
         Command::Diff(own) => diff::run(own, &common, &console),
         Command::Explore(own) => explore::run(own, &common, &console),
         Command::Factors(own) => factors::run(own, &common, &console),
-        Command::Figure(own) => figure::run(own, &common, &console),
         Command::Relight(own) => relight::run(own, &common, &console),
         Command::Trace(own) => trace::run(own, &common, &console),
-        Command::Frontier(own) => frontier::run(own, &common, &console),
         Command::Map(own) => map::run(own, &common, &console),
         Command::Scenes => scenes(&console),
     }

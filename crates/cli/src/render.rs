@@ -109,26 +109,26 @@ pub fn run(own: &Render, common: &Common, console: &Console) -> Result<(), CliEr
 }
 
 /// How the pictures of several modes are made.
-pub(crate) struct Rendering<'a> {
-    pub limit: &'a MemoryLimit,
-    pub precision: Precision,
-    pub size: Size,
-    pub seed: u32,
+struct Rendering<'a> {
+    limit: &'a MemoryLimit,
+    precision: Precision,
+    size: Size,
+    seed: u32,
     /// Seconds for each mode, where a tolerance is aimed at.
-    pub time: Option<f64>,
+    time: Option<f64>,
     /// What is taken apart.
-    pub apart: Apart,
+    apart: Apart,
     /// When the first mode began.
-    pub start: Instant,
-    pub console: &'a Console,
+    start: Instant,
+    console: &'a Console,
     /// Where F comes from, and what is kept.
-    pub kept: Option<&'a Kept>,
+    kept: Option<&'a Kept>,
 }
 
 impl Rendering<'_> {
     /// Renders every mode and passes it on to `take`: to a tolerance, each with the patches that it needs; or with the
     /// effort given, from one set of patches and one cast of rays for all.
-    pub(crate) fn each_mode(
+    fn each_mode(
         &self,
         scene: &Scene,
         transports: &[Transport],

@@ -9,7 +9,6 @@ mod compare;
 mod explore;
 mod exports;
 mod factors_command;
-mod figure;
 mod glb_camera;
 mod interrupt;
 mod kept;

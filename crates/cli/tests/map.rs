@@ -15,8 +15,7 @@ use halflight::light::{Rgb, Transport};
 use halflight::operator::spectrum;
 use halflight::render::Discretization;
 use halflight::scene::Scene;
-use halflight_study::frontier::at;
-use halflight_study::map::{GridPoint, Map, map};
+use halflight_study::map::{GridPoint, Map, at, map};
 
 use crate::common::{Facing, Mesh, Silent, all_of_f, assemble_one, grey, sampling, transport};
 use crate::run::{fields, files, halflight, place, report};
@@ -233,24 +232,6 @@ fn the_map_does_not_depend_on_threads() {
     assert_eq!((one.code, two.code), (Some(0), Some(0)));
     let read = |out: &str| std::fs::read(place.path().join(out).join("cornell-box-map.csv")).unwrap();
     assert_eq!(read("one"), read("two"));
-}
-
-#[test]
-fn frontier_studies_both_sides_and_labels_what_is_not_light() {
-    let place = place(&[]);
-    let small = "frontier furnished-room --patches 60 --rays 64";
-    let asked = report(&place, &format!("{small} --formal"));
-    assert!(asked["alpha_variance"].as_f64() < asked["alpha_c"].as_f64());
-    let verdicts: Vec<_> = asked["runs"].as_array().unwrap().iter().map(|r| &r["verdict"]).collect();
-    assert_eq!(verdicts, ["converges", "converges", "converges", "diverges"]);
-    assert!(asked["formal"]["label"].as_str().unwrap().contains("not light"));
-    assert!(asked["formal"]["smallest"].as_f64() < Some(0.0));
-    let csv = place.path().join("out/furnished-room-frontier-formal-not-light.csv");
-    assert!(std::fs::read_to_string(csv).unwrap().starts_with("# formal solution"));
-    // The Cornell box converges for every alpha: there is no frontier to study, and nothing is written.
-    let refused = halflight(&place, "frontier cornell-box --patches 60 --rays 32");
-    assert_eq!(refused.code, Some(2));
-    assert!(refused.err.contains("converges for every alpha"), "{}", refused.err);
 }
 
 #[test]

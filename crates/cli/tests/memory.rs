@@ -97,8 +97,6 @@ fn every_command_that_stores_patches_refuses_what_does_not_fit() {
         ),
         ("chart --mode global --memory 0.0002 --time 1 --size 8x8", ["one row of F for each patch", "fewer faces"]),
         ("map furnished-room --memory 0.02 --patches 4000", ["all of whose crossings are kept", "pass --patches"]),
-        ("frontier furnished-room --memory 0.01", ["all of whose crossings are kept", "pass --patches"]),
-        ("frontier furnished-room --memory 0.01 --rays 1", ["solved by LU", "pass --patches"]),
     ] {
         let ran = halflight(&place, &format!("{arguments} --out ."));
         assert_eq!(ran.code, Some(5), "{arguments}: {}", ran.err);

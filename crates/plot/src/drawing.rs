@@ -52,7 +52,7 @@ pub struct Drawing {
 }
 
 /// The top left pixel of something drawn.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Corner {
     /// Pixels from the left edge.
     pub left: usize,

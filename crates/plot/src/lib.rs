@@ -17,6 +17,6 @@ pub use axes::Scale;
 pub use bars::{Bar, Bars};
 pub use chart::{Axis, Chart, Look, Series, term_name};
 pub use difference::{difference_cells, difference_scale};
-pub use drawing::{ChartError, Corner, DrawError, Drawing, Marker};
+pub use drawing::{ChartError, DrawError, Drawing, Marker};
 pub use page::{Cell, Heading, Page, PageRow, Shown, Style};
 pub use plan::{Plan, PlanAxis};

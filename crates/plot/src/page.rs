@@ -185,15 +185,6 @@ impl Page {
         drawing
     }
 
-    /// The top left pixel of every panel, row by row, in pixels of the page.
-    pub fn places(&self) -> Vec<Vec<Corner>> {
-        let Layout { lefts, tops, .. } = self.layout();
-        let row = |(row, &top): (&PageRow, &usize)| {
-            lefts.iter().take(row.cells.len()).map(|&left| Corner { left, top }).collect()
-        };
-        self.rows.iter().zip(&tops).map(row).collect()
-    }
-
     /// Height of so many lines of text of `size` ems, pixels.
     fn height(&self, lines: usize, size: f64, em: f64) -> f64 {
         match self.style {
@@ -393,13 +384,12 @@ mod tests {
     }
 
     #[test]
-    fn panels_stand_where_places_says_and_show_their_codes() {
+    fn panels_show_the_codes_of_their_pictures() {
         let lit = Bitmap::from_picture(&Picture::filled(1, 1, Rgb::new(0.8, 0.4, 0.2)), Exposure::default());
         for (style, ground) in [(Style::Print, HATCHED), (Style::Sheet, ABSENT)] {
             let page = page(style);
-            let (drawn, places) = (page.drawing().bitmap().unwrap(), page.places());
-            assert_eq!(places.iter().map(Vec::len).collect::<Vec<_>>(), [2, 1]);
-            let Corner { left, top } = places[0][0];
+            let (drawn, layout) = (page.drawing().bitmap().unwrap(), page.layout());
+            let (left, top) = (layout.lefts[0], layout.tops[0]);
             let count = |colour| drawn.bytes.chunks_exact(3).filter(|p| **p == colour).count();
             assert_eq!([(0, 0), (99, 59)].map(|(x, y)| drawn.get(left + x, top + y)), [lit.get(0, 0); 2]);
             assert_eq!(count(lit.get(0, 0).unwrap()), 100 * 60);

@@ -1,16 +1,18 @@
 //! The questions: how the bounce series runs in each mode, where it converges, how the methods compare in speed and
-//! accuracy, and what light objects exchange. Answers are numbers, and, with
-//! the feature `plot`, figures.
+//! accuracy, and what light objects exchange. Answers are numbers and charts.
+//!
+//! Not handled: figures for print and studies at the frontier, which are examples of this crate.
 
 pub(crate) mod bounces;
 pub mod compare;
 pub(crate) mod factor_matrix;
 pub(crate) mod factors;
-pub mod figures;
-pub mod frontier;
 pub mod map;
+pub(crate) mod series;
 pub(crate) mod statistics;
 
 pub use bounces::{bounce_fields, bounce_fields_and_rest, bounce_pictures, partial_sums};
 pub use factor_matrix::{FactorMatrix, PatchFactors, patch_factors};
 pub use factors::{Factor, FactorSettings, FactorTable, How, Reciprocity, Row as FactorRow, factors};
+pub use series::{bounce_sheet, bounces_chart, brightening};
+pub use statistics::{log_slope, mean_and_error};

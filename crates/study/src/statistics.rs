@@ -21,7 +21,7 @@
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 /// Mean of repeated numbers and the standard error of it, from their spread.
-pub(crate) fn mean_and_error(values: &[f64]) -> (f64, f64) {
+pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
     let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / ((n - 1.0) * n);

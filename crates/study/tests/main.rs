@@ -6,7 +6,6 @@ mod common;
 mod cornell_reference;
 mod factor_bodies;
 mod factors;
-mod frontier;
 mod geometry_contacts;
 mod geometry_scenes;
 mod masked_factors;

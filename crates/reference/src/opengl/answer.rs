@@ -5,10 +5,9 @@
 use halflight::pictures::Picture;
 
 /// A picture by OpenGL.
-#[derive(Clone, Debug, serde::Serialize)]
+#[derive(Clone, Debug)]
 pub struct OpenGlPicture {
     /// Radiance, W/(m² sr), as OpenGL's colours have it: means over the samples of each pixel.
-    #[serde(skip)]
     pub picture: Picture,
     /// OpenGL's name for itself.
     pub renderer: String,
@@ -17,7 +16,6 @@ pub struct OpenGlPicture {
     /// From the triangles to the picture, context and upload included.
     pub seconds: f64,
     /// Whether colours were kept as floating point; 8 bits a channel elsewhere, clamped to 0..1.
-    #[serde(skip)]
     pub floating: bool,
 }
 

@@ -21,7 +21,7 @@ pub(crate) mod survey;
 pub(crate) mod variance;
 
 pub use contour::MapChart;
-pub use stability::{Column, FrontierPoint, GridPoint, Map, TauPoint, map};
+pub use stability::{Column, FrontierPoint, GridPoint, Map, TauPoint, at, map};
 pub use survey::Survey;
 pub use survey::check_crossings;
 pub use variance::{Growth, Variance, growth};

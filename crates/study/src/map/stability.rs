@@ -10,8 +10,21 @@ use serde::Serialize;
 
 use crate::map::survey::Survey;
 use halflight::form_factors::Sampling;
+use halflight::light::Transport;
 use halflight::operator::{Bounds, Spectrum};
 use halflight::render::{Discretization, Watch};
+use halflight::scene::Scene;
+
+/// The scene with every own alpha and tau (1 where a material has none) times these: a point of its stability map.
+pub fn at(scene: &Scene, alpha: f64, tau: f64) -> Scene {
+    let own = scene.transports(Transport { alpha: 1.0, tau: 1.0 });
+    let mut scaled = scene.clone();
+    for (material, own) in scaled.materials.iter_mut().zip(own) {
+        material.alpha = Some((alpha * f64::from(own.alpha)) as f32);
+        material.tau = Some((tau * f64::from(own.tau)) as f32);
+    }
+    scaled
+}
 
 /// Radii bounded for one alpha at most.
 const STEPS: usize = 4;

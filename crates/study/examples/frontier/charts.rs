@@ -1,7 +1,7 @@
 //! The charts of both sides of the frontier.
 
-use crate::frontier::series::SeriesRun;
-use crate::frontier::spread::Traced;
+use crate::series::SeriesRun;
+use crate::spread::Traced;
 use halflight::pictures::Size;
 use halflight_plot::{Axis, Chart, Series};
 
@@ -71,8 +71,8 @@ pub fn shooting_chart(title: String, caption: String, runs: &[SeriesRun]) -> Cha
 pub fn spread_chart(title: String, caption: String, traced: &[Traced]) -> Chart {
     let mut lines = Vec::new();
     for (colour, one) in traced.iter().enumerate() {
-        let exponent = -one.predicted_exponent;
-        let points: Vec<(f64, f64)> = one.points.iter().map(|s| (s.paths as f64, s.spread)).collect();
+        let exponent = -one.predicted;
+        let points: Vec<(f64, f64)> = one.measured.spreads.iter().map(|s| (s.paths as f64, s.spread)).collect();
         // The geometric mean lies on the guide.
         let middle = points.iter().map(|(x, y)| (y * x.powf(exponent)).ln());
         let scale = (middle.sum::<f64>() / points.len() as f64).exp();

@@ -6,22 +6,26 @@
 //! ```
 //!
 //! A material without numbers of its own takes (alpha, tau); one with its own takes alpha times its alpha and tau times
-//! its tau, as in the [map](crate::map). The gather pass is linear in L, so all alphas of one tau are gathered
+//! its tau, as in the [map](halflight_study::map). The gather pass is linear in L, so all alphas of one tau are gathered
 //! from the same rays, one field each. Points whose series is not proved to converge have no light and are hatched.
 //!
 //! A grid of the square and two paths across it from mode to mode are shown, each at one exposure. Not handled: errors;
 //! the effort is given.
 
-use crate::figures::panel::{AXES, Figure, PageSettings, Panel, exposure_for, exposure_words, no_light};
-use halflight::form_factors::Sampling;
+use crate::common::{Failure, too_large};
+use crate::page::{AXES, PageSettings, exposure_for, exposure_words, no_light};
+use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Mode, Rgb, Transport};
 use halflight::operator::LinearOperator;
-use halflight::pictures::{Exposure, Picture, Size};
+use halflight::pictures::{Exposure, Picture};
 use halflight::reading::invisible;
-use halflight::render::{Assembled, Discretization, Square, SquareColumn, Watch, pictures, without_luminaires};
+use halflight::render::{
+    Assembled, Fineness, Silent, Square, SquareColumn, pictures, usable_memory, without_luminaires,
+};
 use halflight::solve::{Diverges, Extrapolated, Settings, extrapolated};
-use halflight_plot::{Cell, Heading, Shown};
+use halflight_plot::{Cell, Heading, Page, PageRow, Shown};
+use halflight_study::map::check_crossings;
 
 /// A point of the square, and its picture or the proof that there is none.
 pub struct Point {
@@ -33,41 +37,31 @@ pub struct Point {
     pub picture: Option<Picture>,
 }
 
-/// How finely the square is solved, and how large its pictures are.
-pub struct SquareEffort {
-    /// Rays of the patches.
-    pub sampling: Sampling,
-    /// Rays of the pixels.
-    pub gather: GatherSampling,
-    /// Pixels across and down.
-    pub size: Size,
-}
-
-/// Solves a scene at points of the (alpha, tau) square from one cast of rays; points of one tau are gathered together.
-pub fn solve_points(p: &Discretization, points: &[Transport], effort: &SquareEffort, watch: &dyn Watch) -> Vec<Point> {
-    let square = Square::new(p, &effort.sampling, watch);
-    let mut taus: Vec<f32> = points.iter().map(|t| t.tau).collect();
-    taus.sort_by(f32::total_cmp);
-    taus.dedup();
-    let of = |tau: f32| points.iter().filter(|t| t.tau == tau).map(|t| t.alpha).collect();
-    taus.into_iter().flat_map(|tau| solve_column(&square.column(tau), of(tau), effort, watch)).collect()
+/// Solves a scene at the points that both pages show, from one cast of rays; points of one tau are gathered together.
+pub fn solve_square(settings: &PageSettings, effort: (Fineness, u32)) -> Result<Vec<Point>, Failure> {
+    let (Fineness { patches, .. }, samples) = effort;
+    let (p, sampling) = (Solver::new(settings.scene).cut(patches), effort.0.sampling(settings.seed));
+    check_crossings(&p, &sampling, 1, usable_memory()).map_err(too_large)?;
+    let square = Square::new(&p, &sampling, &Silent);
+    let pass = GatherPass::new(settings.size, &GatherSampling::with_samples(samples, settings.seed));
+    let points = square_points();
+    let columns = points.chunk_by(|a, b| a.tau == b.tau);
+    Ok(columns.flat_map(|own| solve_column(&square.column(own[0].tau), own, &pass)).collect())
 }
 
 /// The points of one tau.
-fn solve_column(column: &SquareColumn, alphas: Vec<f32>, effort: &SquareEffort, watch: &dyn Watch) -> Vec<Point> {
+fn solve_column(column: &SquareColumn, points: &[Transport], pass: &GatherPass) -> Vec<Point> {
     let mut values = Vec::new();
     let mut solved = Vec::new();
-    watch.begin("series", alphas.len() as u64);
-    for alpha in alphas {
+    for &Transport { alpha, .. } in points {
         let equation = column.at(alpha);
         let solution = extrapolated(&equation.operator, &Settings::default());
         if let Ok(found) = &solution {
             values.push(reflected(&equation, found));
         }
         solved.push(Point { transport: equation.transport, solution, picture: None });
-        watch.tick(1);
     }
-    let gathered = pictures(&column.lights, &values, &GatherPass::new(effort.size, &effort.gather), watch);
+    let gathered = pictures(&column.lights, &values, pass, &Silent);
     let seen = gathered.emission.plus(&gathered.direct).unwrap_or_default();
     let lit = solved.iter_mut().filter(|point| point.solution.is_ok());
     for (point, indirect) in lit.zip(&gathered.indirect) {
@@ -90,8 +84,8 @@ const PATH: u8 = 9;
 /// Points whose spectral radius may be more than this do not count for the exposure: they may be of any brightness.
 const TAME: f64 = 0.9;
 
-/// The points that both figures need.
-pub fn square_points() -> Vec<Transport> {
+/// The points that both pages show, by tau.
+fn square_points() -> Vec<Transport> {
     let mut points: Vec<Transport> = grid().into_iter().chain(paths()).flatten().collect();
     points.sort_by(|a, b| (a.tau, a.alpha).partial_cmp(&(b.tau, b.alpha)).unwrap_or(std::cmp::Ordering::Equal));
     points.dedup();
@@ -113,7 +107,7 @@ fn paths() -> [Vec<Transport>; 2] {
 }
 
 /// A grid of pictures over the square.
-pub fn between_grid(settings: &PageSettings, points: &[Point]) -> Figure {
+pub fn between_grid(settings: &PageSettings, points: &[Point]) -> Page {
     let name = |t: Transport, alpha: f32| t.mode().filter(|_| t.alpha == alpha).map_or("", Mode::name);
     let labels = |t: Transport| {
         let top = if t.alpha == 1.0 { format!("τ = {}", t.tau) } else { String::new() };
@@ -123,39 +117,40 @@ pub fn between_grid(settings: &PageSettings, points: &[Point]) -> Figure {
         |row: &Vec<Transport>| Heading::new(row.first().map_or(String::new(), |t| format!("α = {}", t.alpha)), "");
     let rows = grid().into_iter().map(|row| (heading(&row), row)).collect();
     let title = "Between the modes: α (interreflection) up, τ (transmission) to the right";
-    figure(settings, title, points, rows, &labels)
+    page(settings, title, points, rows, &labels)
 }
 
 /// Two strips from mode to mode.
-pub fn between_strip(settings: &PageSettings, points: &[Point]) -> Figure {
+pub fn between_strip(settings: &PageSettings, points: &[Point]) -> Page {
     let name = |t: Option<&Transport>| t.map_or(String::new(), |t| t.label());
     let rows = paths().map(|path| (Heading::new(name(path.first()), format!("to {}", name(path.last()))), path));
     let labels =
         |t: Transport| (Heading::new(t.mode().map_or("", Mode::name), format!("α = {}, τ = {}", t.alpha, t.tau)), "");
     let title = "Between the modes: from global to local shading, and from one bounce to shadowless light";
-    figure(settings, title, points, rows.into(), &labels)
+    page(settings, title, points, rows.into(), &labels)
 }
 
 /// A page of points in rows, with labels above and below each.
-fn figure(
+fn page(
     settings: &PageSettings,
     title: &str,
     points: &[Point],
     rows: Vec<(Heading, Vec<Transport>)>,
     labels: &dyn Fn(Transport) -> (Heading, &'static str),
-) -> Figure {
+) -> Page {
     let of = |t: Transport| points.iter().find(|p| p.transport == t);
     let on = rows.iter().flat_map(|(_, row)| row).filter_map(|&t| of(t));
     let exposure = exposure_for(on.filter_map(Point::tame), settings.brighter);
     let cell = |t: Transport| {
         let (above, below) = labels(t);
         let shown = of(t).map_or(Shown::Blank, |point| point.shown(exposure));
-        (Cell { above, shown, below: below.into() }, of(t).map(Point::panel))
+        Cell { above, shown, below: below.into() }
     };
-    let words = exposure_words(exposure);
-    let caption = format!("Scene {}. {AXES} Solved from one cast of rays; one {words} for all panels.", settings.scene);
-    let rows = rows.into_iter().map(|(heading, row)| (heading, row.into_iter().map(cell).collect()));
-    Figure::new(settings, title, caption, exposure, rows.collect())
+    let (name, words) = (&settings.scene.name, exposure_words(exposure));
+    let caption = format!("Scene {name}. {AXES} Solved from one cast of rays; one {words} for all panels.");
+    let row =
+        |(heading, row): (Heading, Vec<Transport>)| PageRow { heading, cells: row.into_iter().map(cell).collect() };
+    settings.page(title, caption, rows.into_iter().map(row).collect())
 }
 
 impl Point {
@@ -172,9 +167,52 @@ impl Point {
             (Ok(_), None) => Shown::Blank,
         }
     }
+}
 
-    fn panel(&self) -> Panel {
-        let series = self.solution.as_ref().map_or_else(|e| (e.verdict, e.radius), |s| (s.verdict, s.radius));
-        Panel::new(self.transport.label(), self.transport, series)
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::page::tests::settings;
+    use halflight::scene::Scene;
+
+    const EFFORT: (Fineness, u32) = (Fineness { patches: 300, rays: 64 }, 16);
+
+    /// The mean of the channels of all pixels.
+    fn mean(picture: &Picture) -> f64 {
+        let sum: f64 = picture.pixels.iter().map(|p| f64::from(p.element_sum())).sum();
+        sum / (3.0 * picture.pixels.len() as f64)
+    }
+
+    /// One cast for all tau and one for each give the light of a corner within the noise of either.
+    #[test]
+    fn the_square_has_the_modes_in_its_corners() {
+        let scene = Scene::open("gallery").unwrap();
+        let settings = settings(&scene);
+        let points = solve_square(&settings, EFFORT).unwrap();
+        let (grid, strip) = (between_grid(&settings, &points), between_strip(&settings, &points));
+        let shapes = [&grid, &strip].map(|page| page.rows.iter().map(|row| row.cells.len()).collect::<Vec<_>>());
+        assert_eq!(shapes, [vec![5; 5], vec![9; 2]]);
+        let lit = |page: &Page| page.rows.iter().flat_map(|r| &r.cells).all(|c| matches!(c.shown, Shown::Image(_)));
+        assert!(lit(&grid) && lit(&strip));
+        let ends = |row: &PageRow| [0, 8].map(|k| row.cells[k].above.name.clone());
+        assert_eq!(ends(&strip.rows[0]), ["global", "local"]);
+        assert_eq!(ends(&strip.rows[1]), ["one-bounce", "shadowless"]);
+        let solver = Solver::new(&scene);
+        for mode in Mode::ALL {
+            let corner = points.iter().find(|p| p.transport == mode.transport()).unwrap();
+            let alone = solver.render(mode, settings.size).fineness(EFFORT.0, EFFORT.1).unwrap();
+            let ratio = mean(corner.picture.as_ref().unwrap()) / mean(&alone.picture);
+            assert!((ratio - 1.0).abs() < 0.02, "{mode}: {ratio}");
+        }
+    }
+
+    #[test]
+    fn points_without_a_sum_are_hatched() {
+        let scene = Scene::open("furnished-room").unwrap();
+        let settings = settings(&scene);
+        let page = between_grid(&settings, &solve_square(&settings, EFFORT).unwrap());
+        let hatched = |cell: &&Cell| matches!(&cell.shown, Shown::Absent(why) if why.contains("diverges"));
+        let count = page.rows.iter().flat_map(|row| &row.cells).filter(hatched).count();
+        assert!(hatched(&&page.rows[0].cells[4]) && count < 6, "{count}");
     }
 }

@@ -2,22 +2,23 @@
 //!
 //! Where the variance is finite both the spread of the means and the standard error that the tracer reports fall as
 //! N^-1/2. Between the frontiers a path's weight has a tail of index p < 2
-//! ([`Survey::tail_index`](crate::map::survey::Survey::tail_index)): the spread falls as N^-(1 - 1/p) only.
+//! ([`Survey::tail_index`](halflight_study::map::Survey::tail_index)): the spread falls as N^-(1 - 1/p) only.
 //! Spread is taken from quartiles, which exist where the variance does not.
 
-use rayon::prelude::*;
-use serde::Serialize;
+use std::fmt::{Display, Formatter};
 
-use crate::statistics::{log_slope, mean_and_error};
+use rayon::prelude::*;
+
 use halflight::rays::Rays;
 use halflight::scene::Scene;
 use halflight_reference::{NextEvent, TraceSettings, Tracer};
+use halflight_study::{log_slope, mean_and_error};
 
 /// Pixels each way of the pictures whose mean is looked at.
 const SIDE: usize = 4;
 
 /// Errors at one number of paths.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
     /// Paths of each repeat.
     pub paths: u64,
@@ -38,18 +39,27 @@ pub struct Scaling {
 }
 
 /// Measured and predicted errors at one alpha.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug)]
 pub struct Traced {
     /// Factor on every alpha.
     pub alpha: f64,
     /// x of the predicted error ~ N^x.
-    pub predicted_exponent: f64,
-    /// x as measured.
-    pub measured_exponent: f64,
-    /// Its standard error.
-    pub standard_error: f64,
-    /// Errors by the number of paths.
-    pub points: Vec<Spread>,
+    pub predicted: f64,
+    /// Errors as measured.
+    pub measured: Scaling,
+}
+
+impl Display for Traced {
+    fn fmt(&self, f: &mut Formatter) -> std::fmt::Result {
+        let Traced { alpha, predicted, measured: Scaling { slope: (slope, error), spreads } } = self;
+        writeln!(
+            f,
+            "path tracing at alpha {alpha:.4}: error falls as N^{slope:.3} ± {error:.3}, predicted N^{predicted:.3}\n\
+             {:>9} {:>9} {:>15}",
+            "paths", "error", "as it reports"
+        )?;
+        spreads.iter().try_for_each(|s| writeln!(f, "{:>9} {:>9.2e} {:>15.2e}", s.paths, s.spread, s.reported))
+    }
 }
 
 /// Groups of repeats, each with a slope of its own.
@@ -123,11 +133,32 @@ fn slope(spreads: &[Spread]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::slice::Slice;
+    use halflight::form_factors::Sampling;
 
     #[test]
     fn quantiles_by_hand() {
         assert_eq!(quantile(&[1.0, 2.0, 4.0], 0.5), 2.0);
         assert_eq!(quantile(&[1.0, 2.0, 4.0], 0.25), 1.5);
         assert!(quantile(&[], 0.5).is_nan());
+    }
+
+    /// Between the frontiers the weight of a path has a tail of index p < 2: the error of the mean falls as
+    /// N^-(1 - 1/p), not N^-1/2. Both exponents are measured over independent repeats and held to the prediction by
+    /// their standard errors.
+    #[test]
+    fn the_error_falls_as_predicted_on_both_sides_of_its_variance_frontier() {
+        let sampling = Sampling { rays: 1024, ..Sampling::default() };
+        let slice = Slice::new(Scene::open("furnished-room").unwrap(), 1.0, 300, sampling).unwrap();
+        let Slice { alpha_c, alpha_variance, .. } = slice;
+        assert!(alpha_variance < 0.9 * alpha_c, "little room between {alpha_variance} and {alpha_c}");
+        for (alpha, finite) in [(0.5 * alpha_variance, true), ((alpha_variance * alpha_c).sqrt(), false)] {
+            let (slope, error) = scaling(&slice.at(alpha), 64, 9, 0).slope;
+            let predicted = slice.exponent(alpha);
+            assert_eq!(predicted == -0.5, finite, "{alpha}");
+            assert!((slope - predicted).abs() < 4.0 * error, "{alpha}: {slope} ± {error}, predicted {predicted}");
+            // The two are told apart.
+            assert!(finite || slope - 3.0 * error > -0.5, "{slope} ± {error}");
+        }
     }
 }

@@ -15,18 +15,17 @@
 //! the distance from its middle over h². The mean of q over the luminaire is (w² + d²)/(12 h²), over the five lights 4
 //! (w² + d²)/(45 h²), so to first order the five are off by -2 (4/45 - 1/12) (w² + d²)/h² = -(w² + d²)/(90 h²).
 
+use std::fmt::{Display, Formatter, Write as _};
 use std::time::Instant;
 
-use serde::{Serialize, Serializer};
-
-use crate::figures::panel::exposure_words;
-use crate::figures::two_spheres::{FiveLights, Lit, TwoSpheres};
+use crate::page::exposure_words;
+use crate::two_spheres::{FiveLights, Lit, TwoSpheres};
 use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Mode, Rgb};
 use halflight::pictures::{Exposure, Picture, Size, largest_difference, mean_difference, mean_e_pixel};
 use halflight::rays::Rays;
-use halflight::render::{Fineness, Rendered, Watch};
+use halflight::render::{Fineness, Rendered, Silent};
 use halflight::scene::Scene;
 use halflight_plot::{
     Axis, Cell, Chart, Heading, Page, PageRow, Series, Shown, Style, difference_cells, difference_scale,
@@ -53,79 +52,54 @@ pub struct LocalEffort {
 }
 
 /// OpenGL against the local mode under the same lights.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug)]
 pub struct PointLights {
     /// The lights, and whether there are highlights.
-    #[serde(rename = "type")]
     pub kind: String,
-    /// Mean e_pixel.
-    pub e_pixel: f64,
-    /// The largest difference of a channel.
-    pub largest: f64,
+    /// What the two differ by.
+    pub difference: PictureDifference,
 }
 
 /// What two pictures differ by.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug)]
 pub struct PictureDifference {
     /// Mean e_pixel.
     pub e_pixel: f64,
     /// The length of the difference of the mean colours, over that from black to white.
-    #[serde(rename = "mean_colour_difference")]
     pub mean_colour: f64,
     /// The largest difference of a channel.
-    #[serde(skip)]
     pub largest: f64,
 }
 
-/// The local mode against the quadrature.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct QuadratureDifference {
-    /// Mean e_pixel.
-    pub e_pixel: f64,
-}
-
 /// Path tracing against the local mode.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug)]
 pub struct TracedLight {
     /// Its picture of the luminaire.
-    #[serde(skip)]
     pub picture: Picture,
-    /// Mean e_pixel; of `difference`.
-    pub e_pixel: f64,
     /// What it differs by from the local mode.
-    #[serde(skip)]
     pub difference: PictureDifference,
     /// Seconds that it took.
     pub seconds: f64,
     /// Seconds that it would take to the local mode's standard error, as N^-1/2.
-    #[serde(skip)]
     pub equal_seconds: f64,
 }
 
 /// All that the figure shows.
-#[derive(Serialize)]
 pub struct LocalLight {
-    /// OpenGL under five lights, or why it is not there; null in reports.
-    #[serde(serialize_with = "if_there")]
+    /// OpenGL under five lights, or why it is not there.
     pub opengl: Result<OpenGlPicture, NoOpenGl>,
     /// The local mode under the same five lights.
-    #[serde(skip)]
     pub five: Rendered,
     /// The local mode under the luminaire.
-    #[serde(skip)]
     pub local: Rendered,
     /// By kind of light, without and with highlights; none without OpenGL.
     pub point_lights: Vec<PointLights>,
     /// Five lights against the luminaire.
     pub area: PictureDifference,
-    /// The local mode against the quadrature.
-    pub quadrature: QuadratureDifference,
+    /// Mean e_pixel of the local mode against the quadrature.
+    pub quadrature: f64,
     /// Path tracing against the local mode.
     pub tracer: TracedLight,
-}
-
-fn if_there<S: Serializer>(opengl: &Result<OpenGlPicture, NoOpenGl>, to: S) -> Result<S::Ok, S::Error> {
-    opengl.as_ref().ok().serialize(to)
 }
 
 impl LocalLight {
@@ -136,30 +110,27 @@ impl LocalLight {
 }
 
 /// Makes all pictures and compares them.
-pub fn local_light(effort: &LocalEffort, watch: &dyn Watch) -> LocalLight {
+pub fn local_light(effort: &LocalEffort) -> LocalLight {
     let of = |lit| TwoSpheres { triangles: effort.triangles, ..TwoSpheres::paper(lit) };
     let scene = of(Lit::Area).scene();
-    let local = solve(&scene, effort, effort.samples, watch);
+    let local = solve(&scene, effort, effort.samples);
     let (traced, noise, seconds) = trace(&scene, effort);
     let five_lights = of(Lit::Five(FiveLights::Warn)).scene();
-    let five = solve(&five_lights, effort, effort.samples, watch);
+    let five = solve(&five_lights, effort, effort.samples);
     let opengl = draw(&five_lights, effort.size, effort.samples);
     // Nothing but the lights differs between the two, and camera rays are shared: few are enough.
-    let [closed, summed] = [Lit::Area, Lit::Quadrature(POINTS)].map(|lit| solve(&of(lit).scene(), effort, 4, watch));
+    let [closed, summed] = [Lit::Area, Lit::Quadrature(POINTS)].map(|lit| solve(&of(lit).scene(), effort, 4));
     let difference = difference(&traced, &local.picture);
     LocalLight {
         area: self::difference(opengl.as_ref().map_or(&five.picture, |found| &found.picture), &local.picture),
-        quadrature: QuadratureDifference {
-            e_pixel: mean_e_pixel(&closed.picture, &summed.picture).unwrap_or(f64::NAN),
-        },
+        quadrature: mean_e_pixel(&closed.picture, &summed.picture).unwrap_or(f64::NAN),
         tracer: TracedLight {
             picture: traced,
-            e_pixel: difference.e_pixel,
             difference,
             seconds,
             equal_seconds: seconds * (noise / rms(&local.standard_error)).powi(2),
         },
-        point_lights: if opengl.is_ok() { point_lights(effort, watch) } else { Vec::new() },
+        point_lights: if opengl.is_ok() { point_lights(effort) } else { Vec::new() },
         opengl,
         five,
         local,
@@ -167,17 +138,16 @@ pub fn local_light(effort: &LocalEffort, watch: &dyn Watch) -> LocalLight {
 }
 
 /// Every kind of five lights, without and with highlights, by OpenGL and by the local mode.
-fn point_lights(effort: &LocalEffort, watch: &dyn Watch) -> Vec<PointLights> {
+fn point_lights(effort: &LocalEffort) -> Vec<PointLights> {
     let mut found = Vec::new();
     for kind in FiveLights::ALL {
         for highlights in [false, true] {
             let lit = Lit::Five(kind);
             let scene = TwoSpheres { triangles: effort.triangles, highlights, ..TwoSpheres::paper(lit) }.scene();
             if let Ok(drawn) = draw(&scene, effort.size, effort.samples) {
-                let own = solve(&scene, effort, effort.samples, watch);
-                let PictureDifference { e_pixel, largest, .. } = difference(&drawn.picture, &own.picture);
+                let own = solve(&scene, effort, effort.samples);
                 let kind = if highlights { format!("{} with highlights", kind.name()) } else { kind.name().into() };
-                found.push(PointLights { kind, e_pixel, largest });
+                found.push(PointLights { kind, difference: difference(&drawn.picture, &own.picture) });
             }
         }
     }
@@ -185,11 +155,11 @@ fn point_lights(effort: &LocalEffort, watch: &dyn Watch) -> Vec<PointLights> {
 }
 
 /// The local mode's picture, with so many camera rays a pixel.
-fn solve(scene: &Scene, effort: &LocalEffort, samples: u32, watch: &dyn Watch) -> Rendered {
+fn solve(scene: &Scene, effort: &LocalEffort, samples: u32) -> Rendered {
     let solver = Solver::new(scene).seed(effort.seed).memory(f64::INFINITY);
-    let equations = solver.assemble(&[Mode::Local.transport()], FINENESS, watch).expect("no memory is asked for");
+    let equations = solver.assemble(&[Mode::Local.transport()], FINENESS, &Silent).expect("no memory is asked for");
     let sampling = GatherSampling { camera: samples.div_ceil(2), luminaire: 1, hemisphere: 1, seed: effort.seed };
-    let found = equations.render(&GatherPass::new(effort.size, &sampling), watch).remove(0);
+    let found = equations.render(&GatherPass::new(effort.size, &sampling), &Silent).remove(0);
     found.expect("light that nothing passes on makes a series that ends")
 }
 
@@ -258,6 +228,32 @@ pub fn local_page(found: &LocalLight, effort: &LocalEffort, brighter: f32) -> Pa
 }
 
 impl LocalLight {
+    /// What pictures differ by, one line each, and what the path tracer would need.
+    pub fn table(&self) -> String {
+        let drawn = |drawn: &OpenGlPicture| format!("OpenGL: {}, {}\n", drawn.renderer, drawn.version);
+        let mut text = self.opengl.as_ref().map_or(String::new(), drawn);
+        let _ = writeln!(text, "{:34} {:>11} {:>11} {:>10} {:>8}", "", "e_pixel", "mean colour", "largest", "seconds");
+        let mut line = |what: &str, e_pixel: f64, others: [Option<String>; 3]| {
+            let [mean, largest, seconds] = others.map(|value| value.unwrap_or("-".into()));
+            let e_pixel = format!("{:.5} %", 100.0 * e_pixel);
+            let _ = writeln!(text, "{what:34} {e_pixel:>11} {mean:>11} {largest:>10} {seconds:>8}");
+        };
+        let mean = |d: &PictureDifference| Some(format!("{:.3}/255", 255.0 * d.mean_colour));
+        let largest = |d: &PictureDifference| Some(format!("{:.3} %", 100.0 * d.largest));
+        let time = |seconds: f64| Some(format!("{seconds:.2}"));
+        for PointLights { kind, difference } in &self.point_lights {
+            line(&format!("OpenGL, {kind}"), difference.e_pixel, [None, largest(difference), None]);
+        }
+        let (area, noise) = (&self.area, &self.tracer.difference);
+        let drawn = self.opengl.as_ref().ok().and_then(|drawn| time(drawn.seconds));
+        line("five lights for the luminaire", area.e_pixel, [mean(area), largest(area), drawn]);
+        line("halflight against a quadrature", self.quadrature, [None, None, time(self.local.seconds.total)]);
+        line("path tracing", noise.e_pixel, [mean(noise), largest(noise), time(self.tracer.seconds)]);
+        let equal = self.tracer.equal_seconds;
+        let _ = writeln!(text, "path tracing would need {equal:.1} s for the standard error of halflight's picture");
+        text
+    }
+
     /// A picture of OpenGL, or the reason why there is none.
     fn drawn(&self, picture: &Picture, exposure: Exposure) -> Shown {
         match &self.opengl {
@@ -274,7 +270,7 @@ impl LocalLight {
         let local = format!(
             "{:.1} s with {samples} camera rays a pixel; {} from a quadrature of it",
             self.local.seconds.total,
-            percent(self.quadrature.e_pixel)
+            percent(self.quadrature)
         );
         let TracedLight { seconds, equal_seconds, .. } = self.tracer;
         let traced = format!(
@@ -353,7 +349,7 @@ fn magnified(picture: &Picture, Size { width, height }: Size) -> Picture {
 }
 
 /// Width over height.
-const RATIOS: [f64; 10] = [0.1, 0.15, 0.2, 0.25, 0.35, 0.5, 0.7, 0.9, 1.2, 1.6];
+pub const RATIOS: [f64; 10] = [0.1, 0.15, 0.2, 0.25, 0.35, 0.5, 0.7, 0.9, 1.2, 1.6];
 /// Width and height of pictures of the middle of the floor, and of the whole scene.
 const MIDDLE: Size = Size { width: 4, height: 4 };
 const WHOLE: Size = Size { width: 96, height: 96 };
@@ -362,7 +358,7 @@ const SWEPT_TRIANGLES: usize = 20_000;
 const SWEPT_SAMPLES: u32 = 16;
 
 /// One width.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug)]
 pub struct Swept {
     /// Width over height, both sides of the luminaire being equal.
     pub ratio: f64,
@@ -371,24 +367,30 @@ pub struct Swept {
     /// The closed form: `-(w² + d²)/(90 h²)`.
     pub closed_form: f64,
     /// Mean e_pixel over a picture of the whole scene, both by the local mode.
-    #[serde(skip)]
     pub whole: f64,
 }
 
-/// All widths: the five lights by OpenGL where there is one, else by the local mode.
-pub fn local_sweep(seed: u32, watch: &dyn Watch) -> Vec<Swept> {
-    let one = |ratio: f64| {
+impl Display for Swept {
+    fn fmt(&self, f: &mut Formatter) -> std::fmt::Result {
+        let [error, closed_form] = [self.e_pixel, self.closed_form].map(|share| 100.0 * share);
+        write!(f, "w/h {:4.2}: {error:9.6} %, closed form {closed_form:9.6} %", self.ratio)
+    }
+}
+
+/// Some widths: the five lights by OpenGL where there is one, else by the local mode.
+pub fn local_sweep(ratios: &[f64], seed: u32) -> Vec<Swept> {
+    let one = |&ratio: &f64| {
         let of = |lit| TwoSpheres { triangles: SWEPT_TRIANGLES, ratio, lit, highlights: false };
         let (five, area) = (of(Lit::Five(FiveLights::Warn)), of(Lit::Area));
         let effort = |size| LocalEffort { size, triangles: SWEPT_TRIANGLES, samples: SWEPT_SAMPLES, seed };
-        let own = |scene| solve(&scene, &effort(MIDDLE), SWEPT_SAMPLES, watch).picture;
+        let own = |scene| solve(&scene, &effort(MIDDLE), SWEPT_SAMPLES).picture;
         let scene = five.middle();
         let lit = draw(&scene, MIDDLE, SWEPT_SAMPLES).map_or_else(|_| own(scene), |found| found.picture);
         let mean = |picture: &Picture| {
             let sum: f64 = shown(picture).pixels.iter().map(|p| f64::from(p.element_sum())).sum();
             sum / (3.0 * picture.pixels.len() as f64)
         };
-        let [five, area] = [five, area].map(|s| (s, solve(&s.scene(), &effort(WHOLE), SWEPT_SAMPLES, watch).picture));
+        let [five, area] = [five, area].map(|s| (s, solve(&s.scene(), &effort(WHOLE), SWEPT_SAMPLES).picture));
         Swept {
             ratio,
             e_pixel: mean(&lit) - mean(&own(area.0.middle())),
@@ -396,7 +398,7 @@ pub fn local_sweep(seed: u32, watch: &dyn Watch) -> Vec<Swept> {
             whole: difference(&five.1, &area.1).e_pixel,
         }
     };
-    RATIOS.map(one).into()
+    ratios.iter().map(one).collect()
 }
 
 /// The widths as a chart.
@@ -417,5 +419,39 @@ pub fn sweep_chart(swept: &[Swept], five: &str) -> Chart {
             Series::measured("mean e_pixel of the picture", 1, points(|s| s.whole)),
         ],
         size: Size { width: 900, height: 560 },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// With the feature `opengl`, on a machine that has one, real OpenGL is held to the local mode.
+    #[test]
+    fn the_local_mode_is_opengls_lighting_and_five_lights_are_not_the_luminaire() {
+        let effort = LocalEffort { size: (96, 96).into(), triangles: 20_000, samples: 16, seed: 0 };
+        let found = local_light(&effort);
+        if let Err(why) = &found.opengl {
+            eprintln!("without OpenGL: {why}");
+        }
+        assert_eq!(found.point_lights.len(), if found.opengl.is_ok() { 8 } else { 0 });
+        for PointLights { kind, difference } in &found.point_lights {
+            // Triangles are 5 times as long as in the figure: Gouraud's error is 25 times as large.
+            assert!(difference.e_pixel < 4e-3, "{kind}: {difference:?}");
+        }
+        // The paper's 0.4 %.
+        assert!((found.area.e_pixel - 0.0039).abs() < 0.0003, "{:?}", found.area);
+        assert!((255.0 * found.area.mean_colour - 0.7).abs() < 0.1, "{:?}", found.area);
+        assert!(found.quadrature < 1e-5, "{}", found.quadrature);
+        assert!(found.tracer.difference.e_pixel < 0.05, "{:?}", found.tracer.difference);
+        let page = local_page(&found, &effort, 0.0);
+        assert_eq!(page.rows.iter().map(|row| row.cells.len()).collect::<Vec<_>>(), [3; 3]);
+    }
+
+    #[test]
+    fn five_lights_are_off_by_the_closed_form() {
+        for s in local_sweep(&RATIOS[1..4], 0) {
+            assert!((s.e_pixel / s.closed_form - 1.0).abs() < 0.05, "{s}");
+        }
     }
 }
