@@ -8,7 +8,8 @@
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::statistics::{log_slope, mean_and_error};
+use crate::statistics::log_slope;
+use halflight::form_factors::Estimate;
 use halflight::rays::Rays;
 use halflight::scene::Scene;
 use halflight_reference::{NextEvent, TraceSettings, Tracer};
@@ -79,7 +80,8 @@ pub fn scaling(scene: &Scene, repeats: usize, doublings: u32, seed: u32) -> Scal
     let size = repeats.div_ceil(GROUPS).max(2);
     let found: Vec<_> = (0..(GROUPS * size) as u32).into_par_iter().map(repeat).collect();
     let slopes: Vec<f64> = found.chunks(size).map(|g| slope(&spreads(g))).collect();
-    Scaling { spreads: spreads(&found), slope: mean_and_error(&slopes) }
+    let slope = Estimate::of_mean(slopes.iter().copied());
+    Scaling { spreads: spreads(&found), slope: (slope.value, slope.error) }
 }
 
 /// Errors at every look, from the repeats' (mean, reported error).
