@@ -15,7 +15,7 @@ use glam::Vec4;
 use halflight::Solver;
 use halflight::form_factors::{Columns, Rows, Sampling, Variant, cast};
 use halflight::light::{Light, Mode, Rgb};
-use halflight::operator::WithSource;
+use halflight::operator::LitPatches;
 use halflight::render::{Discretization, Silent};
 use halflight::scene::{LoadOptions, Scene};
 use halflight::solve::{Settings, Source, neumann, solve_columns};
@@ -114,7 +114,7 @@ fn solves() {
     let mut together = Vec::new();
     let mut products_taken = 0;
     for turn in 0..TURNS {
-        let single = WithSource::new(&k, sources[turn * SOLVED / TURNS].clone());
+        let single = LitPatches::of_source(&k, sources[turn * SOLVED / TURNS].clone());
         singles.push(seconds(|| neumann(&single, &settings).expect("it converges")));
         together.push(seconds(|| {
             products_taken = solve_columns(&k, &sources, &settings).expect("it converges").products;

@@ -26,6 +26,7 @@ use std::time::Instant;
 use glam::{DVec3, Vec3};
 use halflight_team::{Loop, is_over};
 
+use crate::form_factors::Estimate;
 use crate::light::shares::Shares;
 use crate::light::{Transport, nothing_passes};
 use crate::rays::purpose::Purpose;
@@ -150,8 +151,8 @@ impl WalkedPowers {
         let terms: Vec<TermPower> = (0..count).map(mean).collect();
         let error = |k: usize| {
             let mean = terms[k].visible.element_sum();
-            let squares: f64 = batches.iter().map(|b| (b[k].visible.element_sum() - mean).powi(2)).sum();
-            if mean > 0.0 { (squares / (n * (n - 1.0))).sqrt() / mean } else { 0.0 }
+            let found = Estimate::about(mean, batches.iter().map(|b| b[k].visible.element_sum()));
+            if mean > 0.0 { found.error / mean } else { 0.0 }
         };
         WalkedPowers { errors: (0..count).map(error).collect(), terms, emitters: Vec::new() }
     }

@@ -15,6 +15,21 @@ pub struct Estimate {
     pub error: f64,
 }
 
+impl Estimate {
+    /// The mean of independent numbers and its standard error, from their spread; not a number for fewer than two.
+    pub fn of_mean(values: impl ExactSizeIterator<Item = f64> + Clone) -> Estimate {
+        let mean = values.clone().sum::<f64>() / values.len() as f64;
+        Estimate::about(mean, values)
+    }
+
+    /// A known mean and its standard error, `sqrt(sum of squared differences from it / (n (n - 1)))`.
+    pub fn about(mean: f64, values: impl ExactSizeIterator<Item = f64>) -> Estimate {
+        let n = values.len() as f64;
+        let squares: f64 = values.map(|value| (value - mean).powi(2)).sum();
+        Estimate { value: mean, error: (squares / (n * (n - 1.0))).sqrt() }
+    }
+}
+
 /// How accurate a form factor must be.
 #[derive(Clone, Copy, Debug)]
 pub struct Tolerance {

@@ -169,14 +169,10 @@ fn corrected(found: Estimate, sums: &[Sums], j: usize, points: u32) -> Estimate 
 
 /// Mean over the scramblings and its standard error, of sums over `points` each.
 fn estimate(sums: &[Sums], j: usize, points: u32) -> Estimate {
-    let n = sums.len() as f64;
-    let mean = |s: &Sums| s.met[j] / f64::from(points);
-    let value = sums.iter().map(mean).sum::<f64>() / n;
-    let squares: f64 = sums.iter().map(|s| (mean(s) - value).powi(2)).sum();
-    let spread = (squares / (n - 1.0) / n).sqrt();
+    let found = Estimate::of_mean(sums.iter().map(|s| s.met[j] / f64::from(points)));
     // Where no ray differs, three rays might have been missed at 95 %: one standard error is a third of a count of 3.
-    let unseen = 1.0 / (n * f64::from(points));
-    Estimate { value, error: spread.max(unseen) }
+    let unseen = 1.0 / (sums.len() as f64 * f64::from(points));
+    Estimate { error: found.error.max(unseen), ..found }
 }
 
 #[cfg(test)]

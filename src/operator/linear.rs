@@ -101,56 +101,11 @@ pub struct Source {
     pub first_bounce: Option<Vec<Light>>,
 }
 
-/// K with another E.
-pub struct WithSource<'a> {
-    k: &'a dyn LinearOperator,
-    source: Source,
-}
-
-impl<'a> WithSource<'a> {
-    /// K of the same patches, to act on E of this source.
-    pub fn new(k: &'a dyn LinearOperator, source: Source) -> WithSource<'a> {
-        WithSource { k, source }
-    }
-}
-
-impl LinearOperator for WithSource<'_> {
-    fn areas(&self) -> &[f64] {
-        self.k.areas()
-    }
-
-    fn reflectances(&self) -> &[Rgb] {
-        self.k.reflectances()
-    }
-
-    fn alphas(&self) -> &[f32] {
-        self.k.alphas()
-    }
-
-    fn emission(&self) -> &[Light] {
-        &self.source.emission
-    }
-
-    fn incident(&self, x: &[Vec4]) -> Vec<Vec4> {
-        self.k.incident(x)
-    }
-
-    fn incident_columns(&self, x: &Columns) -> Columns {
-        self.k.incident_columns(x)
-    }
-
-    fn sent(&self, y: &[Vec4]) -> Vec<Vec4> {
-        self.k.sent(y)
-    }
-
-    fn first_bounce(&self) -> Vec<Light> {
-        self.source.first_bounce.clone().unwrap_or_else(|| self.apply(&self.source.emission))
-    }
-}
-
 /// K with alpha 0 on patches that no light from E reaches; K itself where there is no light at all.
 pub struct LitPatches<'a> {
     k: &'a dyn LinearOperator,
+    /// In place of that of K.
+    source: Option<Source>,
     alphas: Vec<f32>,
 }
 
@@ -158,9 +113,19 @@ impl<'a> LitPatches<'a> {
     /// Follows light from patch to patch until it reaches no more of them; takes as many products with F as light takes
     /// bounces to get everywhere, and none where it is everywhere at once.
     pub fn of(k: &'a dyn LinearOperator) -> LitPatches<'a> {
-        let lit = lit(k);
-        let alphas = k.alphas().iter().zip(lit).map(|(alpha, lit)| if lit { *alpha } else { 0.0 });
-        LitPatches { k, alphas: alphas.collect() }
+        LitPatches::reached(k, None)
+    }
+
+    /// K of the same patches with another E.
+    pub fn of_source(k: &'a dyn LinearOperator, source: Source) -> LitPatches<'a> {
+        LitPatches::reached(k, Some(source))
+    }
+
+    fn reached(k: &'a dyn LinearOperator, source: Option<Source>) -> LitPatches<'a> {
+        let mut own = LitPatches { k, source, alphas: k.alphas().to_vec() };
+        let lit = lit(&own);
+        own.alphas.iter_mut().zip(lit).filter(|(_, lit)| !lit).for_each(|(alpha, _)| *alpha = 0.0);
+        own
     }
 }
 
@@ -199,7 +164,7 @@ impl LinearOperator for LitPatches<'_> {
     }
 
     fn emission(&self) -> &[Light] {
-        self.k.emission()
+        self.source.as_ref().map_or_else(|| self.k.emission(), |source| &source.emission)
     }
 
     fn incident(&self, x: &[Vec4]) -> Vec<Vec4> {
@@ -215,7 +180,10 @@ impl LinearOperator for LitPatches<'_> {
     }
 
     fn first_bounce(&self) -> Vec<Light> {
-        self.k.first_bounce()
+        match &self.source {
+            None => self.k.first_bounce(),
+            Some(source) => source.first_bounce.clone().unwrap_or_else(|| self.k.apply(&source.emission)),
+        }
     }
 }
 

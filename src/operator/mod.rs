@@ -16,6 +16,6 @@ pub(crate) mod row_source;
 pub(crate) mod spectrum;
 
 pub use factored::{EmitterLight, Operator, PatchMaterials};
-pub use linear::{LinearOperator, LitPatches, Source, WithSource};
+pub use linear::{LinearOperator, LitPatches, Source};
 pub use row_source::{Cast, RowSource, Wanted, Whole};
 pub use spectrum::{Bounds, Product, Spectrum, SpectrumEffort, operator_norm, spectrum, spectrum_of};

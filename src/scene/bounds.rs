@@ -2,7 +2,7 @@
 //!
 //! Not handled: boxes that rays are cast through, which are those of the tree's builder.
 
-use std::ops::{Add, Sub};
+use std::ops::{Add, Mul, Sub};
 
 use glam::{DVec2, DVec3, Vec3};
 
@@ -23,42 +23,29 @@ pub trait Coordinates: Copy + Add<Output = Self> + Sub<Output = Self> {
     /// The box around two.
     fn union(own: Bounds<Self>, other: Bounds<Self>) -> Bounds<Self>;
 
-    /// Half of it.
-    fn half(self) -> Self;
-
     /// Whether each coordinate is less than that of another point.
     fn is_below(self, other: Self) -> bool;
 }
 
 macro_rules! coordinates {
-    ($($vector:ty)*) => { $(
-        impl Coordinates for $vector {
-            const NONE: Bounds<Self> = Bounds { low: Self::INFINITY, high: Self::NEG_INFINITY };
+    ($($vector:ty)*) => { $(impl Coordinates for $vector {
+        const NONE: Bounds<Self> = Bounds { low: Self::INFINITY, high: Self::NEG_INFINITY };
 
-            #[inline]
-            fn union(own: Bounds<Self>, other: Bounds<Self>) -> Bounds<Self> {
-                Bounds { low: own.low.min(other.low), high: own.high.max(other.high) }
-            }
-
-            #[inline]
-            fn half(self) -> Self {
-                0.5 * self
-            }
-
-            #[inline]
-            fn is_below(self, other: Self) -> bool {
-                self.cmplt(other).all()
-            }
+        #[inline]
+        fn union(own: Bounds<Self>, other: Bounds<Self>) -> Bounds<Self> {
+            Bounds { low: own.low.min(other.low), high: own.high.max(other.high) }
         }
-    )* };
+
+        #[inline]
+        fn is_below(self, other: Self) -> bool {
+            self.cmplt(other).all()
+        }
+    })* };
 }
 
 coordinates!(DVec2 DVec3 Vec3);
 
 impl<V: Coordinates> Bounds<V> {
-    /// The box around no point.
-    pub const NONE: Bounds<V> = V::NONE;
-
     /// The box around points.
     #[inline]
     pub fn of(points: impl IntoIterator<Item = V>) -> Bounds<V> {
@@ -77,10 +64,13 @@ impl<V: Coordinates> Bounds<V> {
         self.high - self.low
     }
 
-    /// Its middle.
+    /// Halfway between them.
     #[inline]
-    pub fn middle(&self) -> V {
-        (self.low + self.high).half()
+    pub fn middle(&self) -> V
+    where
+        V: Mul<f64, Output = V>,
+    {
+        (self.low + self.high) * 0.5
     }
 
     /// Whether both have points inside in common; boxes that touch have none.
@@ -96,11 +86,10 @@ mod tests {
 
     #[test]
     fn a_box_holds_its_points_and_meets_what_reaches_into_it() {
-        let unit = Bounds::of([DVec2::new(1.0, 0.0), DVec2::new(0.0, 1.0)]);
+        let unit = Bounds::of([DVec2::X, DVec2::Y]);
         assert_eq!((unit.low, unit.high, unit.size()), (DVec2::ZERO, DVec2::ONE, DVec2::ONE));
-        assert_eq!(Bounds::NONE.union(unit), unit);
-        let beside = Bounds::of([DVec2::new(1.0, 0.0), DVec2::new(3.0, 1.0)]);
-        assert!(!unit.meets(&beside) && unit.union(beside).meets(&beside) && !Bounds::NONE.meets(&unit));
+        let beside = Bounds::of([DVec2::X, DVec2::new(3.0, 1.0)]);
         assert_eq!(unit.union(beside).middle(), DVec2::new(1.5, 0.5));
+        assert!(unit.union(beside).meets(&beside) && !unit.meets(&beside) && !DVec2::NONE.meets(&unit));
     }
 }

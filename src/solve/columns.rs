@@ -23,7 +23,7 @@ use rayon::prelude::*;
 use crate::form_factors::{Columns, PANEL};
 use crate::light::{Light, Rgb};
 use crate::operator::linear::reflected;
-use crate::operator::{Bounds, LinearOperator, LitPatches, Source, Spectrum, WithSource};
+use crate::operator::{Bounds, LinearOperator, LitPatches, Source, Spectrum};
 use crate::solve::neumann::{Diverges, Settings, Verdict, norm, refuse, verdict_on_lit};
 use crate::solve::tail::TailBound;
 
@@ -76,8 +76,7 @@ pub fn solve_columns(
     settings: &Settings,
 ) -> Result<ColumnSolution, Diverges> {
     let bounces = first_bounces(k, sources);
-    let of_sum = WithSource::new(k, magnitudes(k.areas().len(), sources, &bounces));
-    let k = &LitPatches::of(&of_sum);
+    let k = &LitPatches::of_source(k, magnitudes(k.areas().len(), sources, &bounces));
     let (verdict, spectrum) = verdict_on_lit(k);
     if matches!(verdict, Verdict::Diverges | Verdict::Undecided) {
         return Err(refuse(k, verdict, spectrum.as_ref()));

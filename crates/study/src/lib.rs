@@ -15,4 +15,4 @@ pub use bounces::{bounce_fields, bounce_fields_and_rest, bounce_pictures, partia
 pub use factor_matrix::{FactorMatrix, PatchFactors, patch_factors};
 pub use factors::{Factor, FactorSettings, FactorTable, How, Reciprocity, Row as FactorRow, factors};
 pub use series::{bounce_sheet, bounces_chart, brightening};
-pub use statistics::{log_slope, mean_and_error};
+pub use statistics::log_slope;

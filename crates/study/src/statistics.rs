@@ -1,4 +1,4 @@
-//! Statistics of measurements: mean and standard error, slopes of power laws, and how far chance carries a mean.
+//! Statistics of measurements: slopes of power laws, and how far chance carries a mean.
 //!
 //! A sample of a path tracer lies in 0..=M. Where light is rare most samples are 0 and few are large, the mean is far
 //! from normal, and the spread of the samples seen may be 0 though light is there. Two bounds hold for any
@@ -19,14 +19,6 @@
 //! one another.
 
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
-
-/// Mean of repeated numbers and the standard error of it, from their spread.
-pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / ((n - 1.0) * n);
-    (mean, variance.sqrt())
-}
 
 /// Slope of log y over log x by least squares: the exponent of a power law. Points that are not above 0 are left out;
 /// `None` for fewer than two others.

@@ -223,6 +223,7 @@ pub(crate) fn part(cache: &mut IrradianceCache, most: f64, pixels: &[Pixel]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::form_factors::Estimate;
     use crate::gather::pass::with_records;
     use crate::gather::records::irradiance_cache::Density;
     use crate::light::Rgb;
@@ -262,12 +263,10 @@ mod tests {
             let expected: f64 = layer_fits(&own, pixels, 0, 1).iter().map(exact).sum();
             const ROUNDS: u32 = 64;
             let estimates: Vec<f64> = (0..ROUNDS).map(|round| validate(&mut own, pixels, round).sum().value).collect();
-            let count = f64::from(ROUNDS);
-            let mean = estimates.iter().sum::<f64>() / count;
-            let variance = estimates.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / (count - 1.0);
+            let found = Estimate::of_mean(estimates.into_iter());
             // The fits are the same throughout; the exact ones have less noise by the ratio of all rays.
-            assert!((mean - expected).abs() < 4.0 * (variance / count).sqrt(), "{mean} {expected} {variance}");
-            assert!(expected > 4.0 * (variance / count).sqrt(), "no error: {expected} {variance}");
+            assert!((found.value - expected).abs() < 4.0 * found.error, "{found:?} {expected}");
+            assert!(expected > 4.0 * found.error, "no error: {expected} {found:?}");
         });
     }
 

@@ -11,7 +11,7 @@ use std::ops::Range;
 use glam::DVec2;
 use smallvec::{SmallVec, smallvec};
 
-use crate::scene::bounds::Bounds;
+use crate::scene::bounds::{Bounds, Coordinates};
 use crate::scene::coincident::division::overlap;
 
 /// Triangles of a leaf, at most about.
@@ -47,7 +47,7 @@ impl TriangleTree {
         let mut order: Vec<u32> = (0..tiles.len() as u32).collect();
         sort(&mut order, 0..leaves, leaves, &middles);
         let (mut leaf, mut nodes) =
-            (vec![0; tiles.len()], vec![Node { bounds: Bounds::NONE, first: NEVER }; 2 * leaves]);
+            (vec![0; tiles.len()], vec![Node { bounds: DVec2::NONE, first: NEVER }; 2 * leaves]);
         for own in 0..leaves {
             for &k in &order[part(tiles.len(), leaves, own)] {
                 leaf[k as usize] = own as u32;

@@ -9,10 +9,11 @@ use std::fmt::{Display, Formatter};
 
 use rayon::prelude::*;
 
+use halflight::form_factors::Estimate;
 use halflight::rays::Rays;
 use halflight::scene::Scene;
 use halflight_reference::{NextEvent, TraceSettings, Tracer};
-use halflight_study::{log_slope, mean_and_error};
+use halflight_study::log_slope;
 
 /// Pixels each way of the pictures whose mean is looked at.
 const SIDE: usize = 4;
@@ -89,7 +90,8 @@ pub fn scaling(scene: &Scene, repeats: usize, doublings: u32, seed: u32) -> Scal
     let size = repeats.div_ceil(GROUPS).max(2);
     let found: Vec<_> = (0..(GROUPS * size) as u32).into_par_iter().map(repeat).collect();
     let slopes: Vec<f64> = found.chunks(size).map(|g| slope(&spreads(g))).collect();
-    Scaling { spreads: spreads(&found), slope: mean_and_error(&slopes) }
+    let slope = Estimate::of_mean(slopes.iter().copied());
+    Scaling { spreads: spreads(&found), slope: (slope.value, slope.error) }
 }
 
 /// Errors at every look, from the repeats' (mean, reported error).

@@ -20,9 +20,8 @@ use crate::bounces::bounce_fields_and_rest;
 use crate::compare::arithmetic::{average, combine, map, masked_mean, smoothed, standard_error, sum};
 use crate::compare::ladder::{Ladder, LadderStep, Method, ORDERS, StudyError, StudyPlan, lap};
 use crate::compare::verdict::{Answer, Mean};
-use crate::statistics::mean_and_error;
 use halflight::direct::{Lights, TOLERABLE};
-use halflight::form_factors::Sampling;
+use halflight::form_factors::{Estimate, Sampling};
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Light, Rgb};
 use halflight::pictures::Picture;
@@ -364,6 +363,6 @@ impl Systematic {
 /// Mean over the mask and over repetitions, and the standard error of it.
 fn means(repeated: &[Picture], mask: &Picture) -> Mean {
     let each: Vec<[f64; 3]> = repeated.iter().map(|p| masked_mean(p, mask)).collect();
-    let channel = |c: usize| mean_and_error(&each.iter().map(|m| m[c]).collect::<Vec<_>>());
-    Mean { value: [0, 1, 2].map(|c| channel(c).0), noise: [0, 1, 2].map(|c| channel(c).1), systematic: [0.0; 3] }
+    let channels = [0, 1, 2].map(|c| Estimate::of_mean(each.iter().map(|m| m[c])));
+    Mean { value: channels.map(|e| e.value), noise: channels.map(|e| e.error), systematic: [0.0; 3] }
 }
