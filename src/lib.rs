@@ -123,6 +123,7 @@
 //! is public here.
 
 #![forbid(unsafe_code)]
+#![deny(unreachable_pub)]
 
 // Blank lines keep the order: rustfmt sorts declarations that touch.
 

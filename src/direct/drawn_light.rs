@@ -45,12 +45,12 @@ const VISIBLE_DRAWS: u32 = 4;
 
 impl LightCuts {
     /// How many luminaires to draw at a receiver on a patch.
-    pub fn draws(&self, patch: u32) -> u32 {
+    pub(crate) fn draws(&self, patch: u32) -> u32 {
         self.of(patch as usize).draws
     }
 
     /// `sum over luminaires of F_l L_l` at a receiver on a patch, with a draw for each point of the unit square.
-    pub fn gather(
+    pub(crate) fn gather(
         &self,
         lights: &Lights,
         receiver: &SurfacePoint,
@@ -70,7 +70,7 @@ impl LightCuts {
     }
 
     /// `sum over luminaires of F_l L_l` without bias, by luminaires drawn one by one in place of nodes and polynomials.
-    pub fn sample(
+    pub(crate) fn sample(
         &self,
         lights: &Lights,
         receiver: &SurfacePoint,

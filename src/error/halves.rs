@@ -16,28 +16,28 @@ pub(crate) struct Halves(pub DVec3, pub DVec3);
 
 impl Halves {
     /// Of two arrays' entries.
-    pub fn of([a, b]: [DVec3; 2]) -> Self {
+    pub(crate) fn of([a, b]: [DVec3; 2]) -> Self {
         Halves(a, b)
     }
 
     /// Variance of the mean, channel by channel.
-    pub fn variance(self) -> DVec3 {
+    pub(crate) fn variance(self) -> DVec3 {
         let d = 0.5 * (self.0 - self.1);
         d * d
     }
 
     /// The square of the estimated quantity, channels added; noise may make it negative.
-    pub fn squared(self) -> f64 {
+    pub(crate) fn squared(self) -> f64 {
         self.0.dot(self.1)
     }
 
     /// The differences to two other estimates.
-    pub fn less(self, other: Self) -> Self {
+    pub(crate) fn less(self, other: Self) -> Self {
         Halves(self.0 - other.0, self.1 - other.1)
     }
 
     /// Both times a factor a channel.
-    pub fn times(self, factor: DVec3) -> Self {
+    pub(crate) fn times(self, factor: DVec3) -> Self {
         Halves(factor * self.0, factor * self.1)
     }
 }

@@ -195,7 +195,7 @@ pub(crate) struct PathTracer<'a> {
 
 impl<'a> PathTracer<'a> {
     /// Paths through a view.
-    pub fn new(view: &'a View) -> PathTracer<'a> {
+    pub(crate) fn new(view: &'a View) -> PathTracer<'a> {
         PathTracer { walker: Walker::new(view).with_cone(CONE), sobol: Sobol::new(FAN, 3) }
     }
 
@@ -236,7 +236,7 @@ impl<'a> PathTracer<'a> {
     }
 
     /// What leaves a vertex, with what [`SPREAD`] rays from there meet.
-    pub fn reflect(&self, at: &SurfaceHit, random: &mut Stream, memory: &mut Memory) -> Reflection {
+    pub(crate) fn reflect(&self, at: &SurfaceHit, random: &mut Stream, memory: &mut Memory) -> Reflection {
         let mut reflection = self.walker.direct(at, random, memory);
         if reflection.reflect != DVec3::ZERO {
             let fan = Fan::new(&self.sobol, 0, random.bits());

@@ -160,7 +160,7 @@ impl WalkedPowers {
 
 impl TermPower {
     /// Whether any walk brought light.
-    pub fn is_known(&self) -> bool {
+    pub(crate) fn is_known(&self) -> bool {
         self.visible.element_sum() > 0.0
     }
 
@@ -290,7 +290,7 @@ struct FirstRay<'a> {
 
 impl FirstRay<'_> {
     /// The power that arrives so far away, W, nothing between.
-    pub fn power(&self, distance: f64) -> DVec3 {
+    pub(crate) fn power(&self, distance: f64) -> DVec3 {
         match self.place {
             Some((place, scale)) => self.weight * spread(place, scale, distance),
             None => self.weight,
@@ -306,7 +306,7 @@ fn spread(place: &PunctualPlace, scale: f64, distance: f64) -> f64 {
 impl<'a> WalkSources<'a> {
     /// The emitting sides of a scene and its lights without area, with the chance of each in proportion to its power,
     /// channels added.
-    pub fn new(scene: &'a Scene, emitters: &Emitters) -> WalkSources<'a> {
+    pub(crate) fn new(scene: &'a Scene, emitters: &Emitters) -> WalkSources<'a> {
         let far = |radius: f64, v: &Vec3| radius.max(v.as_dvec3().length());
         // The faces that stand for a sky lie beyond the scene.
         let radius = scene.sky.map_or_else(|| scene.vertices.iter().fold(0.0, far), |sky| sky.radius);
@@ -357,7 +357,7 @@ impl<'a> WalkSources<'a> {
     }
 
     /// A ray that leaves a source, and the power it stands for; none where nothing emits.
-    pub fn start(&self, random: &mut Stream) -> Option<FirstRay<'a>> {
+    pub(crate) fn start(&self, random: &mut Stream) -> Option<FirstRay<'a>> {
         if self.list.is_empty() {
             return None;
         }

@@ -38,7 +38,7 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// A squared error and its standard error.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct SquaredError {
+pub(crate) struct SquaredError {
     /// The mean over pixels and channels, (W/(m² sr))²; may be negative by chance.
     pub value: f64,
     /// Its standard error.
@@ -47,17 +47,17 @@ pub struct SquaredError {
 
 impl SquaredError {
     /// One standard error above the value.
-    pub fn upper(self) -> f64 {
+    pub(crate) fn upper(self) -> f64 {
         self.value.max(0.0) + self.deviation
     }
 
     /// One standard error below the value, at least 0.
-    pub fn lower(self) -> f64 {
+    pub(crate) fn lower(self) -> f64 {
         (self.value - self.deviation).max(0.0)
     }
 
     /// Value and standard error as shares of a square.
-    pub fn over(self, square: f64) -> SquaredError {
+    pub(crate) fn over(self, square: f64) -> SquaredError {
         SquaredError { value: self.value / square, deviation: self.deviation / square }
     }
 }
@@ -93,13 +93,13 @@ pub(crate) struct SampledPixels {
 
 impl SampledPixels {
     /// None yet, of a view; brighter ones are drawn more often.
-    pub fn new(view: &View, bright: Brightness, seed: u32) -> SampledPixels {
+    pub(crate) fn new(view: &View, bright: Brightness, seed: u32) -> SampledPixels {
         SampledPixels { chances: chances(view, bright), batches: Vec::new(), each: EACH, seed }
     }
 
     /// The squared error from more pixels and paths until it has the standard error requested, or twice as many would
     /// be more than there may be.
-    pub fn measure(&mut self, view: &View, fields: &Fields, goal: SamplingGoal) -> SquaredError {
+    pub(crate) fn measure(&mut self, view: &View, fields: &Fields, goal: SamplingGoal) -> SquaredError {
         if self.batches.is_empty() {
             self.widen(view, DRAWS);
         }
@@ -124,14 +124,14 @@ impl SampledPixels {
     }
 
     /// What a gather ray takes until it has read, in rays ([`ImportancePaths::price`]).
-    pub fn price(&self, patches: &Patches, fields: &Fields) -> f64 {
+    pub(crate) fn price(&self, patches: &Patches, fields: &Fields) -> f64 {
         let count = |batch: &Batch| batch.paths.count as f64;
         let own = |batch: &Batch| count(batch) * batch.paths.price(patches, fields);
         self.batches.iter().map(own).sum::<f64>() / self.batches.iter().map(count).sum::<f64>()
     }
 
     /// Rays cast so far.
-    pub fn rays(&self) -> u64 {
+    pub(crate) fn rays(&self) -> u64 {
         self.batches.iter().map(|batch| batch.paths.rays).sum()
     }
 

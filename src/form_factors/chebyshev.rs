@@ -29,7 +29,7 @@ pub(crate) struct Rectangle {
 
 impl Rectangle {
     /// The smallest along an edge of the patch; `None` for a curved patch.
-    pub fn new(patches: &Patches, i: usize) -> Option<Rectangle> {
+    pub(crate) fn new(patches: &Patches, i: usize) -> Option<Rectangle> {
         let side = patches.side(i);
         let (first, _) = patches.pieces(i).next()?;
         let normal = patches.normal(first, side).as_dvec3().normalize();
@@ -48,12 +48,12 @@ impl Rectangle {
     }
 
     /// Distance from the centre to the corners.
-    pub fn radius(&self) -> f64 {
+    pub(crate) fn radius(&self) -> f64 {
         (self.half[0].length_squared() + self.half[1].length_squared()).sqrt()
     }
 
     /// The point at (s, t), each from -1 to 1.
-    pub fn point(&self, s: f64, t: f64) -> DVec3 {
+    pub(crate) fn point(&self, s: f64, t: f64) -> DVec3 {
         self.center + s * self.half[0] + t * self.half[1]
     }
 
@@ -68,12 +68,12 @@ impl Rectangle {
     }
 
     /// Its corners, in order around it.
-    pub fn corners(&self) -> [DVec3; 4] {
+    pub(crate) fn corners(&self) -> [DVec3; 4] {
         [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(s, t)| self.point(s, t))
     }
 
     /// The points that carry the polynomial.
-    pub fn points(&self) -> [DVec3; SIDE * SIDE] {
+    pub(crate) fn points(&self) -> [DVec3; SIDE * SIDE] {
         std::array::from_fn(|k| self.point(NODES[k % SIDE], NODES[k / SIDE]))
     }
 
@@ -81,7 +81,7 @@ impl Rectangle {
     ///
     /// Points of patches are rounded to single precision, and a patch may be thinner than that: its polynomial,
     /// evaluated at places hundreds of widths away, would be anything.
-    pub fn interpolate(&self, values: &[Vec3; SIDE * SIDE], x: DVec3) -> DVec3 {
+    pub(crate) fn interpolate(&self, values: &[Vec3; SIDE * SIDE], x: DVec3) -> DVec3 {
         let d = x - self.center;
         let [s, t] = self.half.map(|h| weights((d.dot(h) / h.length_squared()).clamp(-1.0, 1.0)));
         let mut sum = DVec3::ZERO;
@@ -105,7 +105,7 @@ pub(crate) struct Tiles {
 
 impl Tiles {
     /// On as few tiles as make the polynomials fit within a share of the function, where some do.
-    pub fn new(rectangle: &Rectangle, misfit: f64, function: impl Fn(DVec3) -> DVec3) -> Option<Tiles> {
+    pub(crate) fn new(rectangle: &Rectangle, misfit: f64, function: impl Fn(DVec3) -> DVec3) -> Option<Tiles> {
         [1, 2, 4].into_iter().find_map(|side| {
             let fitted = (0..side * side).map(|k| {
                 let tile = rectangle.tile(k, side);
@@ -126,7 +126,7 @@ impl Tiles {
     }
 
     /// The polynomial at x.
-    pub fn at(&self, x: DVec3) -> DVec3 {
+    pub(crate) fn at(&self, x: DVec3) -> DVec3 {
         let d = x - self.rectangle.center;
         let [i, j] = self.rectangle.half.map(|h| {
             let place = 0.5 * (d.dot(h) / h.length_squared() + 1.0) * self.side as f64;

@@ -35,14 +35,14 @@ impl Facet {
     }
 
     /// The facet as seen from behind: front and back exchanged.
-    pub fn reversed(&self) -> Facet {
+    pub(crate) fn reversed(&self) -> Facet {
         let plane = Plane { normal: -self.plane.normal, offset: -self.plane.offset, ..self.plane };
         let turn = |tile: &Vec<DVec3>| tile.iter().rev().copied().collect();
         Facet::new(plane, self.tiles.iter().map(turn).collect())
     }
 
     /// The part in front of a plane; `None` where there is none.
-    pub fn in_front_of(&self, plane: &Plane) -> Option<Facet> {
+    pub(crate) fn in_front_of(&self, plane: &Plane) -> Option<Facet> {
         let mut heights = self.points().map(|p| plane.height(p));
         if heights.clone().all(|h| h >= 0.0) {
             return heights.any(|h| h > 0.0).then(|| self.clone());
@@ -53,12 +53,12 @@ impl Facet {
     }
 
     /// Corners of the tiles.
-    pub fn points(&self) -> impl Iterator<Item = DVec3> + Clone {
+    pub(crate) fn points(&self) -> impl Iterator<Item = DVec3> + Clone {
         self.tiles.iter().flatten().copied()
     }
 
     /// The tiles cut along a plane.
-    pub fn cut_along(&mut self, plane: &Plane) {
+    pub(crate) fn cut_along(&mut self, plane: &Plane) {
         let cut = |tile: &Vec<DVec3>| <[_; 2]>::from(split(tile, |p| plane.height(p)));
         let tiles = self.tiles.iter().flat_map(cut);
         self.tiles = tiles.filter(|t| t.len() > 2).collect();

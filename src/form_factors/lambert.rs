@@ -162,10 +162,10 @@ struct Edge {
 
 impl Outline {
     /// The largest mesh this handles.
-    pub const MOST_FACES: usize = 512;
+    pub(crate) const MOST_FACES: usize = 512;
 
     /// Finds the edges of a mesh; `None` where it has too many faces. Triangles are counter-clockwise from the front.
-    pub fn new(triangles: impl ExactSizeIterator<Item = [DVec3; 3]>) -> Option<Outline> {
+    pub(crate) fn new(triangles: impl ExactSizeIterator<Item = [DVec3; 3]>) -> Option<Outline> {
         if triangles.len() > Outline::MOST_FACES {
             return None;
         }
@@ -191,7 +191,7 @@ impl Outline {
     /// Form factor from the point x with unit normal n to the mesh's front, nothing between; faces that x lies on count
     /// for nothing.
     #[inline]
-    pub fn form(&self, x: DVec3, n: DVec3) -> f64 {
+    pub(crate) fn form(&self, x: DVec3, n: DVec3) -> f64 {
         let height = n.dot(self.middle - x);
         if height <= -self.radius {
             return 0.0;

@@ -17,7 +17,7 @@ pub(crate) struct Plane {
 
 impl Plane {
     /// Height of a point above the plane; 0 within rounding.
-    pub fn height(&self, p: DVec3) -> f64 {
+    pub(crate) fn height(&self, p: DVec3) -> f64 {
         let height = self.normal.dot(p) - self.offset;
         if height.abs() <= self.flat { 0.0 } else { height }
     }

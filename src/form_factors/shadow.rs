@@ -70,7 +70,7 @@ struct Pool {
 
 /// What a point sees, in pieces, and memory to use again from point to point.
 #[derive(Default)]
-pub struct Pieces {
+pub(crate) struct Pieces {
     now: Pool,
     next: Pool,
     /// What is being cut.

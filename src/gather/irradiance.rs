@@ -207,7 +207,7 @@ impl Means {
 impl<'a> IrradianceSampler<'a> {
     /// The `lights` must know of no pair of a patch and a luminaire, as [`Lights::by_rays`] does. The first field of
     /// either is the light of everything; those that go on record what they read before.
-    pub fn new(
+    pub(crate) fn new(
         (lights, view): (&'a Lights, &'a View),
         (at_once, onward): (&'a Fields, &'a Fields),
         seed: u32,
@@ -217,7 +217,7 @@ impl<'a> IrradianceSampler<'a> {
     }
 
     /// Irradiance over pi at point number k, by no more rays than there may be.
-    pub fn at(&self, k: u32, point: &SurfacePoint, asked: &Asked, memory: &mut Memory) -> Irradiance {
+    pub(crate) fn at(&self, k: u32, point: &SurfacePoint, asked: &Asked, memory: &mut Memory) -> Irradiance {
         let mut sums = self.nothing();
         for (kind, first) in FIRST.into_iter().enumerate() {
             self.extend(&mut sums, kind, first, (k, point), memory);

@@ -62,7 +62,7 @@ pub(crate) struct GatherSettings {
 
 impl GatherSettings {
     /// The first estimate; rounds of sampling correct it.
-    pub fn new(view: &View, fields: &Fields, gathering: &Gathering) -> GatherSettings {
+    pub(crate) fn new(view: &View, fields: &Fields, gathering: &Gathering) -> GatherSettings {
         let pixel = view.scene.camera.pixel(view.height);
         match *gathering {
             Gathering::Uniform(sampling) => GatherSettings {
@@ -107,7 +107,7 @@ impl GatherSettings {
     }
 
     /// Places records and casts their rays until noise and bias are within their parts.
-    pub fn gather_indirect(&self, pixels: &[Pixel], cache: &mut IrradianceCache) -> IndirectLight {
+    pub(crate) fn gather_indirect(&self, pixels: &[Pixel], cache: &mut IrradianceCache) -> IndirectLight {
         cache.place(pixels);
         let misfit = self.error.map_or(0.0, |error| RecordRounds::new(cache, pixels, error).run(&self.plan));
         IndirectLight::new(pixels, cache, 1).biased_by(misfit)

@@ -45,7 +45,7 @@ pub(crate) enum Tree {
 
 impl Tree {
     /// Number of samples.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         match self {
             Tree::Plane { sides, .. } => sides.iter().map(Tree::count).sum(),
             Tree::Leaf(own) => own.len(),
@@ -229,7 +229,7 @@ pub(crate) enum Part {
 impl Parts {
     /// The part of a patch that a point with a normal lies in.
     #[inline]
-    pub fn at(&self, patch: u32, position: Vec3, normal: Vec3) -> u32 {
+    pub(crate) fn at(&self, patch: u32, position: Vec3, normal: Vec3) -> u32 {
         let Some(&root) = self.roots.get(patch as usize) else {
             return patch;
         };
@@ -249,7 +249,7 @@ impl Parts {
 
     /// The patch whose pieces a part has.
     #[inline]
-    pub fn whole(&self, patch: usize) -> usize {
+    pub(crate) fn whole(&self, patch: usize) -> usize {
         let part = patch.checked_sub(self.count).and_then(|k| self.whole.get(k));
         part.map_or(patch, |&w| w as usize)
     }

@@ -24,7 +24,7 @@ use crate::scene::textures::Maps;
 const LITTLE: f32 = 1.0 / 64.0;
 
 /// What a ray sees through uniform masks, each with its share.
-pub type Seen = SmallVec<[(Hit, f32); 1]>;
+pub(crate) type Seen = SmallVec<[(Hit, f32); 1]>;
 
 /// The masked faces of a scene.
 pub(super) struct MaskedFaces {
@@ -41,7 +41,7 @@ struct MaskedFace {
 
 impl MaskedFaces {
     /// The masked faces by number, in the tree that `tree` makes of them; none where there are none.
-    pub fn new(scene: &Scene, masked: &[u32], tree: impl Fn(&[u32]) -> Accelerator) -> Option<MaskedFaces> {
+    pub(super) fn new(scene: &Scene, masked: &[u32], tree: impl Fn(&[u32]) -> Accelerator) -> Option<MaskedFaces> {
         let own = |&face: &u32| {
             let maps = scene.material(face).maps.clone()?;
             let coordinates = scene.coordinates.get(face as usize).copied().unwrap_or_default();
@@ -75,7 +75,7 @@ impl MaskedFaces {
 
     /// Appends what a ray sees of a meeting with other faces and of all with these, each with the share of the light of
     /// the ray that comes from there; returns the share that comes from none.
-    pub fn seen(&self, query: &Query, other: Option<Hit>, planes: &[u32], out: &mut Seen) -> f32 {
+    pub(super) fn seen(&self, query: &Query, other: Option<Hit>, planes: &[u32], out: &mut Seen) -> f32 {
         let mut hits = Vec::new();
         self.tree.all(query, &mut hits);
         hits.extend(other);
@@ -98,7 +98,7 @@ impl MaskedFaces {
     }
 
     /// Appends every meeting with a surface to `out`, in no order.
-    pub fn meet(&self, query: &Query, out: &mut Vec<Hit>) {
+    pub(super) fn meet(&self, query: &Query, out: &mut Vec<Hit>) {
         let before = out.len();
         self.tree.all(query, out);
         let mut kept = before;
@@ -113,7 +113,7 @@ impl MaskedFaces {
     }
 
     /// The first of a meeting with other faces and all with these.
-    pub fn first(&self, query: &Query, other: Option<Hit>, planes: &[u32]) -> Option<Hit> {
+    pub(super) fn first(&self, query: &Query, other: Option<Hit>, planes: &[u32]) -> Option<Hit> {
         let mut hits = Vec::new();
         self.meet(query, &mut hits);
         if hits.is_empty() {
@@ -125,7 +125,7 @@ impl MaskedFaces {
     }
 
     /// Whether no surface is met.
-    pub fn is_clear(&self, query: &Query) -> bool {
+    pub(super) fn is_clear(&self, query: &Query) -> bool {
         let mut hits = Vec::new();
         self.meet(query, &mut hits);
         hits.is_empty()

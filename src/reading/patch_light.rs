@@ -56,7 +56,7 @@ pub(crate) fn to_whole(parts: impl ExactSizeIterator<Item = DVec3>, whole: DVec3
 
 impl FieldLayers {
     /// Number of fields.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.emitters + self.bounces
     }
 }

@@ -38,7 +38,7 @@ pub(crate) struct SurfaceHit {
 impl SurfaceHit {
     /// Light as the ray reads it here over that of the patch: near surfaces show texels, far ones their mean.
     #[inline]
-    pub fn over_patch(&self, patches: &Patches, patch: u32) -> Rgb {
+    pub(crate) fn over_patch(&self, patches: &Patches, patch: u32) -> Rgb {
         self.read.map_or(Rgb::ONE, |rho| patches.over_mean(patch as usize, rho))
     }
 }
@@ -63,7 +63,7 @@ pub(crate) struct Reflection {
 
 impl Reflection {
     /// What leaves the point when `incident` arrives along the next rays in addition to direct light.
-    pub fn light(&self, incident: DVec3) -> DVec3 {
+    pub(crate) fn light(&self, incident: DVec3) -> DVec3 {
         self.glow + self.direct + self.reflect * incident
     }
 }
@@ -92,19 +92,19 @@ pub(crate) struct Walker<'a> {
 }
 
 impl<'a> Walker<'a> {
-    pub fn new(view: &'a View<'a>) -> Walker<'a> {
+    pub(crate) fn new(view: &'a View<'a>) -> Walker<'a> {
         Walker { view, cone: 0.0, textured: view.scene.is_textured() }
     }
 
     /// This walker, its rays seeing means of textures over a cone so wide at distance 1.
-    pub fn with_cone(self, cone: f64) -> Walker<'a> {
+    pub(crate) fn with_cone(self, cone: f64) -> Walker<'a> {
         Walker { cone, ..self }
     }
 
     /// Reflectance within the cone of a ray that reads light at a distance; none without texture, with a mask, and on a
     /// surface that glows, whose light is not proportional to its reflectance.
     #[inline]
-    pub fn read_reflectance(&self, face: u32, position: Vec3, distance: f32) -> Option<Rgb> {
+    pub(crate) fn read_reflectance(&self, face: u32, position: Vec3, distance: f32) -> Option<Rgb> {
         if !self.textured || self.glows(face) {
             return None;
         }
@@ -119,17 +119,17 @@ impl<'a> Walker<'a> {
     }
 
     /// `rho` of the point met, a mean over a cone that is so wide at distance 1.
-    pub fn rho_within(&self, at: &SurfaceHit, cone: f64) -> DVec3 {
+    pub(crate) fn rho_within(&self, at: &SurfaceHit, cone: f64) -> DVec3 {
         self.view.scene.rho_about(at.face, at.position, cone * f64::from(at.distance)).as_dvec3()
     }
 
     /// `alpha rho D` and the light emitted at a point; `alpha rho`.
-    pub fn direct(&self, at: &SurfaceHit, random: &mut Stream, memory: &mut Memory) -> Reflection {
+    pub(crate) fn direct(&self, at: &SurfaceHit, random: &mut Stream, memory: &mut Memory) -> Reflection {
         self.direct_each(at, random, memory, |_, _| ())
     }
 
     /// `alpha rho D` and the light emitted at a point; `alpha rho`. Calls `each` with the emitters' parts of the first.
-    pub fn direct_each(
+    pub(crate) fn direct_each(
         &self,
         at: &SurfaceHit,
         random: &mut Stream,
@@ -156,7 +156,7 @@ impl<'a> Walker<'a> {
     }
 
     /// All that one cosine-distributed ray meets and sees light from.
-    pub fn bounce(&self, at: &SurfaceHit, random: &mut Stream, memory: &mut Memory) -> Met {
+    pub(crate) fn bounce(&self, at: &SurfaceHit, random: &mut Stream, memory: &mut Memory) -> Met {
         let normal = self.view.patches.normal(at.face, at.side);
         let direction = cosine_direction(normal, random.uniform(), random.uniform());
         let ray = Ray { origin: at.position, direction, source: Some(at.face) };
@@ -166,7 +166,7 @@ impl<'a> Walker<'a> {
     }
 
     /// All that the first `count` rays of a fan meet and see light from, each weighted by `1 / count`.
-    pub fn bounce_all(&self, at: &SurfaceHit, fan: &Fan, count: usize, memory: &mut Memory) -> Met {
+    pub(crate) fn bounce_all(&self, at: &SurfaceHit, fan: &Fan, count: usize, memory: &mut Memory) -> Met {
         let normal = self.view.patches.normal(at.face, at.side);
         let part = 1.0 / count as f32;
         let mut met = Met::with_capacity(count);
@@ -179,7 +179,7 @@ impl<'a> Walker<'a> {
 
     /// Calls `meet` for all points of reflecting sides that a ray sees light from; returns the inverse distance to the
     /// first face.
-    pub fn follow(&self, ray: &Ray, memory: &mut Memory, mut meet: impl FnMut(SurfaceHit)) -> f64 {
+    pub(crate) fn follow(&self, ray: &Ray, memory: &mut Memory, mut meet: impl FnMut(SurfaceHit)) -> f64 {
         memory.scratch.cast += 1;
         self.each(ray, &mut memory.hits, |hit, through| {
             if let Some(at) = self.met(ray, hit, through) {
@@ -191,7 +191,7 @@ impl<'a> Walker<'a> {
     /// Calls `meet(hit, through)` for every face that light comes through from along a ray, `through` being the product
     /// of tau before it; returns the inverse distance to the first, 0 where there is none.
     #[inline(always)]
-    pub fn each(&self, ray: &Ray, hits: &mut Vec<Hit>, meet: impl FnMut(&Hit, f32)) -> f64 {
+    pub(crate) fn each(&self, ray: &Ray, hits: &mut Vec<Hit>, meet: impl FnMut(&Hit, f32)) -> f64 {
         let view = self.view;
         view.rays.light_crossings(ray, view.lights.opaque, hits);
         view.rays.transmit(hits, |m| view.lights.transports[m].tau, meet);
@@ -199,7 +199,7 @@ impl<'a> Walker<'a> {
     }
 
     /// The point where a ray meets a face; none on a black back, which has no patch.
-    pub fn met(&self, ray: &Ray, hit: &Hit, through: f32) -> Option<SurfaceHit> {
+    pub(crate) fn met(&self, ray: &Ray, hit: &Hit, through: f32) -> Option<SurfaceHit> {
         let position = self.view.met_at(ray, hit);
         let patch = self.view.patches.at(hit.face, hit.side, position)?;
         let read = self.read_reflectance(hit.face, position, hit.t);
@@ -259,7 +259,7 @@ pub(crate) struct Continuation<'a> {
 impl Continuation<'_> {
     /// The sample of a ray that may go on before it reads; `seed` is that of its random numbers. Most rays read what
     /// they meet at once. What it read of every field is in the memory.
-    pub fn read(&self, ray: &Ray, seed: u32, memory: &mut Memory) -> RaySample {
+    pub(crate) fn read(&self, ray: &Ray, seed: u32, memory: &mut Memory) -> RaySample {
         let mut met = std::mem::take(&mut memory.met);
         let mut read = std::mem::take(&mut memory.read);
         met.clear();

@@ -28,17 +28,17 @@ pub(crate) struct PictureGoal {
 
 impl PictureGoal {
     /// Whether the time is over.
-    pub fn is_late(&self) -> bool {
+    pub(super) fn is_late(&self) -> bool {
         is_over(self.deadline)
     }
 
     /// Whether twice what has begun then, and ends now, would end too late.
-    pub fn would_be_late(&self, began: Instant) -> bool {
+    pub(super) fn would_be_late(&self, began: Instant) -> bool {
         would_be_over(self.deadline, began, 2.0)
     }
 
     /// The goal of the light that a picture shows: two thirds of the remaining time are for that.
-    pub fn of_light(&self) -> PictureGoal {
+    pub(super) fn of_light(&self) -> PictureGoal {
         let now = Instant::now();
         let deadline = self.deadline.map(|end| now + end.saturating_duration_since(now).mul_f64(LIGHT));
         PictureGoal { deadline, ..*self }
@@ -54,7 +54,7 @@ pub(crate) struct Spent {
 
 impl Spent {
     /// Adds what something else took.
-    pub fn add(&mut self, other: &Spent) {
+    pub(crate) fn add(&mut self, other: &Spent) {
         self.seconds = self.seconds.plus(&other.seconds);
         self.rays += other.rays;
     }

@@ -72,7 +72,7 @@ type Missing = Vec<[DVec3; REPLICAS]>;
 impl PooledError {
     /// Measures it at some points by as many paths as a tolerance needs, for readings after up to `depths` more rays of
     /// a field.
-    pub fn new(
+    pub(super) fn new(
         view: &View,
         field: &Fields,
         points: &[PooledPoint],
@@ -104,7 +104,7 @@ impl PooledError {
 
     /// What is missing at points that read after so many more rays, as a share of the reflected light; the variance of
     /// that; and the square of what differs from point to point, as a share of all light. All 0 where not measured.
-    pub fn after(&self, rays: usize) -> [DVec3; 3] {
+    pub(super) fn after(&self, rays: usize) -> [DVec3; 3] {
         let Remaining { share, variance, own } = self.depths.get(rays - 1).copied().unwrap_or_default();
         [share, variance, own]
     }

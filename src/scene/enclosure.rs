@@ -70,7 +70,7 @@ pub(crate) struct Met {
 
 impl Walls {
     /// The first faces of a scene, so many.
-    pub fn new(scene: &Scene, faces: u32) -> Walls {
+    pub(super) fn new(scene: &Scene, faces: u32) -> Walls {
         let corners = (0..faces).flat_map(|face| scene.corners(face)).map(|corner| corner.as_dvec3());
         let mut walls = Walls { list: Vec::new(), boxes: Vec::new(), bounds: Bounds::of(corners) };
         for face in 0..faces {
@@ -85,7 +85,7 @@ impl Walls {
     }
 
     /// Where each of some rays ends.
-    pub fn nearest(&self, rays: &[Line]) -> Vec<Option<Met>> {
+    pub(super) fn nearest(&self, rays: &[Line]) -> Vec<Option<Met>> {
         rays.par_chunks(DIRECTIONS).flat_map_iter(|rays| self.of_some(rays)).collect()
     }
 
@@ -108,7 +108,7 @@ impl Walls {
     }
 
     /// Places within the bounding box, towards its edges and near its middle.
-    pub fn places(&self) -> impl Iterator<Item = DVec3> {
+    pub(super) fn places(&self) -> impl Iterator<Item = DVec3> {
         let (middle, half) = (self.bounds.middle(), 0.5 * self.bounds.size());
         let signs = [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)];
         [0.85, 0.5, 0.15]
@@ -124,7 +124,7 @@ impl Walls {
     }
 
     /// Whether a scene of these walls is a room that is looked at from inside.
-    pub fn are_of_a_room(&self, scene: &Scene) -> bool {
+    pub(super) fn are_of_a_room(&self, scene: &Scene) -> bool {
         let mut ends = self.around(self.places().map(|place| place.as_vec3()));
         ends.sort_by_key(|ends| ends.escaped);
         if ends[ends.len() / 2].escaped_share() > CLOSED {

@@ -300,7 +300,7 @@ pub(crate) struct Tally {
 
 impl Tally {
     /// Counts one occurrence at a line.
-    pub fn add(&mut self, line: usize) {
+    pub(super) fn add(&mut self, line: usize) {
         if self.count == 0 {
             self.first = line;
         }
@@ -308,7 +308,7 @@ impl Tally {
     }
 
     /// Counts one occurrence and keeps the name it belongs to, once.
-    pub fn add_named(&mut self, line: usize, name: &str) {
+    pub(super) fn add_named(&mut self, line: usize, name: &str) {
         self.add(line);
         if !self.names.iter().rev().any(|known| known == name) && self.names.len() < 100 {
             self.names.push(name.to_owned());
@@ -316,7 +316,7 @@ impl Tally {
     }
 
     /// `2 statements a, b (first: FILE, line 7): CONSEQUENCE`, where the names are keywords.
-    pub fn report_keywords(&self, file: &str, consequence: &str, warnings: &mut Vec<String>) {
+    pub(super) fn report_keywords(&self, file: &str, consequence: &str, warnings: &mut Vec<String>) {
         if self.count > 0 {
             let names = list(self.names.iter().map(String::as_str));
             let (count, first, plural) = (self.count, self.first, plural(self.count));
@@ -325,7 +325,7 @@ impl Tally {
     }
 
     /// `2 NOUN (first: FILE, ITEM 7): CONSEQUENCE`, naming the names; nothing where nothing was counted.
-    pub fn report(&self, file: &str, item: &str, noun: &str, consequence: &str, warnings: &mut Vec<String>) {
+    pub(super) fn report(&self, file: &str, item: &str, noun: &str, consequence: &str, warnings: &mut Vec<String>) {
         if self.count == 0 {
             return;
         }

@@ -41,7 +41,7 @@ pub(crate) struct Triangulator {
 
 impl Triangulator {
     /// Fills [`Self::triangles`]; none where the polygon has no area.
-    pub fn run(&mut self, polygon: &[DVec3]) -> Cover {
+    pub(super) fn run(&mut self, polygon: &[DVec3]) -> Cover {
         self.triangles.clear();
         self.set_ring(polygon);
         match self.ring[..] {
@@ -123,7 +123,7 @@ pub(crate) struct Points {
 
 impl Points {
     /// The number of a point, added if it is new.
-    pub fn number(&mut self, point: Vec3) -> u32 {
+    pub(super) fn number(&mut self, point: Vec3) -> u32 {
         // Adding zero makes -0 and 0 one point.
         let point = point + Vec3::ZERO;
         *self.index.entry(point.to_array().map(f32::to_bits)).or_insert_with(|| {

@@ -118,7 +118,7 @@ impl Text<'_> {
     }
 
     /// Reads the file.
-    pub fn parse(&self) -> Result<SceneFile, SceneError> {
+    pub(super) fn parse(&self) -> Result<SceneFile, SceneError> {
         toml::from_str(self.text).map_err(|error| self.error(error.span().unwrap_or(0..0), error.message()))
     }
 
@@ -184,33 +184,33 @@ impl Text<'_> {
 
 impl SceneFile {
     /// The name of the file of geometry.
-    pub fn geometry(&self) -> &str {
+    pub(super) fn geometry(&self) -> &str {
         self.obj.get_ref()
     }
 
     /// That the file of geometry cannot be read.
-    pub fn missing_geometry(&self, text: &Text, source: io::Error) -> SceneError {
+    pub(super) fn missing_geometry(&self, text: &Text, source: io::Error) -> SceneError {
         let name = shorten(self.obj.get_ref());
         SceneError::MissingObj { place: text.place(self.obj.span()), name, source }
     }
 
     /// Whether it has light that is not a material's.
-    pub fn is_lit(&self) -> bool {
+    pub(super) fn is_lit(&self) -> bool {
         !self.lights.is_empty() || self.sky.is_some()
     }
 
     /// Whether it has a camera.
-    pub fn has_camera(&self) -> bool {
+    pub(super) fn has_camera(&self) -> bool {
         self.camera.is_some()
     }
 
     /// Whether it gives the sides of a material.
-    pub fn gives_sides(&self, material: &str) -> bool {
+    pub(super) fn gives_sides(&self, material: &str) -> bool {
         self.materials.get(material).is_some_and(|material| material.two_sided.is_some())
     }
 
     /// Changes the materials that it names.
-    pub fn change_materials(&self, text: &Text, soup: &mut Soup) -> Result<(), SceneError> {
+    pub(super) fn change_materials(&self, text: &Text, soup: &mut Soup) -> Result<(), SceneError> {
         // Of two materials of one name the first counts, so it comes last.
         let names = soup.materials.iter().enumerate().rev();
         let index: HashMap<String, usize> = names.map(|(i, m)| (m.name.clone(), i)).collect();
@@ -229,7 +229,7 @@ impl SceneFile {
     /// Gives a scene its transport, its camera, its lights and its sky.
     ///
     /// `reader` reads files next to the scene file.
-    pub fn finish(&self, text: &Text, scene: &mut Scene, reader: Reader) -> Result<(), SceneError> {
+    pub(super) fn finish(&self, text: &Text, scene: &mut Scene, reader: Reader) -> Result<(), SceneError> {
         let default = Transport::default();
         let [alpha, tau] = text.transport(&self.mode, &self.alpha, &self.tau)?;
         scene.transport = (alpha.is_some() || tau.is_some())

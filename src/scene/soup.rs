@@ -120,7 +120,7 @@ enum Corners {
 
 impl Soup {
     /// The polygons, each with the places of its corners.
-    pub fn ranges(&self) -> impl Iterator<Item = (Range<usize>, &Polygon)> {
+    pub(super) fn ranges(&self) -> impl Iterator<Item = (Range<usize>, &Polygon)> {
         self.polygons.iter().scan(0, |start, polygon| {
             let own = *start..*start + polygon.corners;
             *start = own.end;
@@ -129,12 +129,12 @@ impl Soup {
     }
 
     /// The frame of unit coordinates; none where no polygon has an extent.
-    pub fn frame(&self) -> Option<UnitFrame> {
+    pub(super) fn frame(&self) -> Option<UnitFrame> {
         UnitFrame::of(self.corners.iter().map(|&v| self.vertices[v as usize]))
     }
 
     /// Removes the polygons of materials of opacity 0, with a warning.
-    pub fn remove_invisible(&mut self) {
+    pub(super) fn remove_invisible(&mut self) {
         let is_invisible = |material: &Material| material.mask().is_some_and(Mask::is_nowhere);
         let invisible: Vec<bool> = self.materials.iter().map(is_invisible).collect();
         if !invisible.contains(&true) {
@@ -160,7 +160,7 @@ impl Soup {
 
     /// Puts the colours of the corners, NaN where there is none, onto the materials. Returns whether each material is
     /// coloured, by more than white.
-    pub fn apply_colours(&mut self, defined: Vec<Defined>) -> Vec<bool> {
+    pub(super) fn apply_colours(&mut self, defined: Vec<Defined>) -> Vec<bool> {
         let mut coloured = vec![false; self.materials.len()];
         if self.colours.is_empty() {
             return coloured;

@@ -243,7 +243,7 @@ pub(crate) struct Resolvent {
 
 impl Resolvent {
     /// z, from products with B and a bound on what follows the last, which `after` gives patch by patch.
-    pub fn new(k: &dyn LinearOperator, b: &[Vec4], after: impl Fn(&[Light]) -> Option<Vec<Light>>) -> Resolvent {
+    pub(crate) fn new(k: &dyn LinearOperator, b: &[Vec4], after: impl Fn(&[Light]) -> Option<Vec<Light>>) -> Resolvent {
         let mut term: Vec<Vec4> = b.iter().map(|b| positive(*b)).collect();
         let mut rest = vec![Vec4::ZERO; b.len()];
         for _ in 0..RESOLVENT_PRODUCTS {

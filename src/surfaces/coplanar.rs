@@ -33,19 +33,19 @@ pub(crate) struct Surface {
 
 impl Surface {
     /// Columns and rows of a grid of about `size`.
-    pub fn divisions(&self, size: f64) -> [usize; 2] {
+    pub(crate) fn divisions(&self, size: f64) -> [usize; 2] {
         self.extent.map(|e| ((e / size).round().clamp(1.0, 4096.0)) as usize)
     }
 
     /// Expected number of patches of a grid of about `size`: the cells that the surface covers.
-    pub fn cells(&self, size: f64) -> f64 {
+    pub(crate) fn cells(&self, size: f64) -> f64 {
         let [columns, rows] = self.divisions(size).map(|n| n as f64);
         let covered = self.area / (self.extent[0] * self.extent[1]);
         (columns * rows * covered).ceil().max(1.0)
     }
 
     /// (u, v) of a point, in the surface's units.
-    pub fn uv(&self, p: DVec3) -> DVec2 {
+    pub(crate) fn uv(&self, p: DVec3) -> DVec2 {
         let d = p - self.origin;
         DVec2::new(d.dot(self.axes[0]), d.dot(self.axes[1]))
     }

@@ -66,12 +66,12 @@ impl Voxels {
 
 impl Discontinuities {
     /// Of a scene's surfaces, so many.
-    pub fn new(scene: &Scene, surfaces: usize) -> Self {
+    pub(crate) fn new(scene: &Scene, surfaces: usize) -> Self {
         Discontinuities { voxels: Voxels::new(scene), segments: vec![OnceLock::new(); surfaces] }
     }
 
     /// Segments in the (u, v) of surface k along which faces of other planes touch or cut it.
-    pub fn segments(&self, scene: &Scene, rays: &Rays, k: usize, s: &Surface) -> &[[DVec2; 2]] {
+    pub(crate) fn segments(&self, scene: &Scene, rays: &Rays, k: usize, s: &Surface) -> &[[DVec2; 2]] {
         // Nothing in here works on several threads: a thread that waits for others might come by again.
         self.segments[k].get_or_init(|| segments(scene, rays, &self.voxels, s))
     }

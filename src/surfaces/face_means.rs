@@ -26,7 +26,7 @@ pub(crate) struct FaceMeans {
 
 impl FaceMeans {
     /// Of all faces of a scene.
-    pub fn new(scene: &Scene) -> FaceMeans {
+    pub(crate) fn new(scene: &Scene) -> FaceMeans {
         if !scene.is_textured() {
             return FaceMeans::default();
         }
@@ -49,7 +49,7 @@ impl FaceMeans {
     }
 
     /// The means over a whole face, where its material has textures.
-    pub fn whole(&self, face: u32) -> Option<&Means> {
+    pub(crate) fn whole(&self, face: u32) -> Option<&Means> {
         self.means.get(*self.of_face.get(face as usize)? as usize)
     }
 }

@@ -134,7 +134,7 @@ impl Polygons {
 impl EmissionTree {
     /// The form factor of the emission beyond 1 of the part `seen` of it: convex polygons relative to the receiver and
     /// above its horizon, each with its transmittance; those of other planes are ignored.
-    pub fn beyond_within<'a>(
+    pub(crate) fn beyond_within<'a>(
         &self,
         x: DVec3,
         n: DVec3,

@@ -81,18 +81,18 @@ pub(crate) struct PlaneReceiver {
 impl PlaneReceiver {
     /// `pi k` of a place.
     #[inline]
-    pub fn kernel(&self, place: DVec2) -> f64 {
+    pub(crate) fn kernel(&self, place: DVec2) -> f64 {
         let squared = place.length_squared() + self.depth * self.depth;
         self.depth * (self.lift + place.dot(self.rise)) / (squared * squared)
     }
 
     /// The receiver's normal.
-    pub fn normal(&self) -> DVec3 {
+    pub(crate) fn normal(&self) -> DVec3 {
         self.rise.extend(-self.lift / self.depth)
     }
 
     /// A place from the receiver.
-    pub fn relative(&self, place: DVec2) -> DVec3 {
+    pub(crate) fn relative(&self, place: DVec2) -> DVec3 {
         place.extend(-self.depth)
     }
 
@@ -105,7 +105,7 @@ impl PlaneReceiver {
 impl EmissionTree {
     /// Of a triangle, counter-clockwise seen from the emitting side, with so many levels below the root at most; `mean`
     /// is the mean emission over a sub-triangle with corners in shares of both edges from its first corner.
-    pub fn new(corners: [DVec3; 3], levels: u32, mean: impl Fn([DVec2; 3]) -> DVec3) -> EmissionTree {
+    pub(crate) fn new(corners: [DVec3; 3], levels: u32, mean: impl Fn([DVec2; 3]) -> DVec3) -> EmissionTree {
         let [a, b, c] = corners;
         let cross = (b - a).cross(c - a);
         let middle = (a + b + c) / 3.0;
@@ -175,7 +175,7 @@ impl EmissionTree {
     }
 
     /// `A / (pi r²)` from a place, 0 behind it.
-    pub fn seen(&self, x: DVec3) -> f64 {
+    pub(crate) fn seen(&self, x: DVec3) -> f64 {
         let middle = self.middle - x;
         let is_behind = middle.dot(self.frame.z_axis) >= 0.0;
         if is_behind { 0.0 } else { self.area / (PI * middle.length_squared()) }
@@ -183,7 +183,7 @@ impl EmissionTree {
 
     /// The form factor of the emission beyond 1 from a receiver with unit normal n without occlusion: the error of each
     /// node integrated is at most about `tolerable`.
-    pub fn beyond(&self, x: DVec3, n: DVec3, tolerable: f64) -> DVec3 {
+    pub(crate) fn beyond(&self, x: DVec3, n: DVec3, tolerable: f64) -> DVec3 {
         self.seen_from(x, n, tolerable).map_or(DVec3::ZERO, |(place, receiver)| self.integrate(0, place, &receiver))
     }
 
@@ -265,13 +265,13 @@ pub(crate) struct SubTriangle {
 }
 
 impl SubTriangle {
-    pub fn middle(&self) -> DVec2 {
+    pub(crate) fn middle(&self) -> DVec2 {
         let [a, b, c] = self.corners;
         (a + b + c) / 3.0
     }
 
     /// The four equal parts: at its corners, and the one in its middle by half a turn.
-    pub fn quarters(&self) -> [SubTriangle; 4] {
+    pub(crate) fn quarters(&self) -> [SubTriangle; 4] {
         let [a, b, c] = self.corners;
         let [ab, bc, ca] = [0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)];
         let part = |corners, scale| SubTriangle { corners, scale: scale * self.scale };
@@ -281,7 +281,11 @@ impl SubTriangle {
 
 impl EmissionMoments {
     /// Those of a node from those of its quarters.
-    pub fn of_quarters(each: &[EmissionMoments; 4], whole: &SubTriangle, parts: &[SubTriangle; 4]) -> EmissionMoments {
+    pub(crate) fn of_quarters(
+        each: &[EmissionMoments; 4],
+        whole: &SubTriangle,
+        parts: &[SubTriangle; 4],
+    ) -> EmissionMoments {
         let mut sum =
             EmissionMoments { mean: 0.25 * each.iter().map(|m| m.mean).sum::<DVec3>(), ..EmissionMoments::default() };
         for (own, part) in each.iter().zip(parts) {
@@ -299,7 +303,7 @@ impl EmissionMoments {
     }
 
     /// The mean of `E (y - c)(y - c)ᵀ` of the whole triangle: both edges with themselves, and one with the other.
-    pub fn second(&self) -> [DVec3; 3] {
+    pub(crate) fn second(&self) -> [DVec3; 3] {
         let even = SECOND.map(|mean| mean * self.mean);
         std::array::from_fn(|k| even[k] + self.bend[k])
     }
@@ -307,7 +311,7 @@ impl EmissionMoments {
     /// w, less a third each, of a part of this scale.
     ///
     /// With the corners `q_i` of the whole triangle from its middle and d the dipole, `sum of w_i scale q_i / 2 = d`.
-    pub fn weights(&self, scale: f64) -> [DVec3; 3] {
+    pub(crate) fn weights(&self, scale: f64) -> [DVec3; 3] {
         let even = (self.mean - 1.0) / 3.0;
         let [u, v] = self.dipole.map(|d| 2.0 / scale * d);
         [even - u - v, even + u, even + v]
@@ -316,7 +320,7 @@ impl EmissionMoments {
     /// Standard deviation of the emission of a sub-triangle of this scale from the linear function with its dipole, the
     /// largest channel's. That differs from m by `e_i = 6 w_i - 2 sum of w` at the corners, whose sum is 0: by
     /// `sum of e_i² / 12` in the mean of squares.
-    pub fn rough(&self, scale: f64) -> f64 {
+    pub(crate) fn rough(&self, scale: f64) -> f64 {
         let weights = self.weights(scale);
         let all: DVec3 = weights.iter().sum();
         let explained: DVec3 = weights.iter().map(|w| (6.0 * *w - 2.0 * all).powf(2.0) / 12.0).sum();
@@ -324,7 +328,7 @@ impl EmissionMoments {
     }
 
     /// `bend` less that of the weights, which is `sum of w_i scale² q_i q_iᵀ / 4` and exact for uniform emission.
-    pub fn missed(&self, scale: f64) -> [DVec3; 3] {
+    pub(crate) fn missed(&self, scale: f64) -> [DVec3; 3] {
         let [u, v] = self.dipole.map(|d| scale / 6.0 * d);
         [self.bend[0] - u, self.bend[1] - v, self.bend[2] + u + v]
     }

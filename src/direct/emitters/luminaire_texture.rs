@@ -66,37 +66,37 @@ pub(crate) fn is_textured(scene: &Scene, material: usize) -> bool {
 
 impl UnevenEmission {
     /// That of a luminaire of these faces with their corners, one of `luminaires`.
-    pub fn new(texture: Arc<EmissionTexture>, faces: &[(u32, [DVec3; 3])], luminaires: usize) -> UnevenEmission {
+    pub(crate) fn new(texture: Arc<EmissionTexture>, faces: &[(u32, [DVec3; 3])], luminaires: usize) -> UnevenEmission {
         let parts = faces.len() as f64 * (luminaires as f64 / FEW_LUMINAIRES as f64).max(1.0);
         let trees = faces.par_iter().map(|&(face, corners)| texture.tree(face, corners, parts)).collect();
         UnevenEmission { texture, trees }
     }
 
     /// Whether any of it emits.
-    pub fn shines(&self) -> bool {
+    pub(crate) fn shines(&self) -> bool {
         self.trees.iter().any(|tree| tree.moments.mean != DVec3::ZERO)
     }
 
     /// Moments of triangle k's emission.
-    pub fn moments(&self, k: usize) -> EmissionMoments {
+    pub(crate) fn moments(&self, k: usize) -> EmissionMoments {
         self.trees[k].moments
     }
 
     /// `E(y)` over the mean, channel by channel.
-    pub fn share(&self, face: u32, position: Vec3) -> DVec3 {
+    pub(crate) fn share(&self, face: u32, position: Vec3) -> DVec3 {
         self.texture.share(face, position)
     }
 
     /// The light of all of it over that of its mean radiance at a point with unit normal to which its form factor is
     /// `form`, without occlusion.
-    pub fn light(&self, x: DVec3, n: DVec3, form: f64, share: f64) -> DVec3 {
+    pub(crate) fn light(&self, x: DVec3, n: DVec3, form: f64, share: f64) -> DVec3 {
         let tolerable = share * self.scale(x, form);
         self.trees.iter().map(|tree| tree.beyond(x, n, tolerable)).sum::<DVec3>() + form
     }
 
     /// The light of the pieces visible from the point, whose form factor is `form`, over that of the mean radiance of
     /// all of it.
-    pub fn light_of(&self, x: DVec3, n: DVec3, seen: &mut SeenPart, form: f64, share: f64) -> DVec3 {
+    pub(crate) fn light_of(&self, x: DVec3, n: DVec3, seen: &mut SeenPart, form: f64, share: f64) -> DVec3 {
         let tolerable = share * self.scale(x, form);
         let SeenPart { pieces, polygons } = seen;
         let beyond = |tree: &EmissionTree| tree.beyond_within(x, n, tolerable, pieces.seen(), polygons);
@@ -112,7 +112,7 @@ impl UnevenEmission {
 
 impl EmissionTexture {
     /// That of a material, if it has one.
-    pub fn new(scene: &Scene, material: usize) -> Option<EmissionTexture> {
+    pub(crate) fn new(scene: &Scene, material: usize) -> Option<EmissionTexture> {
         let texture = scene.materials[material].maps.as_ref()?.emission.clone()?;
         let (mut faces, mut sum, mut area) = (HashMap::new(), DVec3::ZERO, 0.0);
         for face in (0..scene.faces.len() as u32).filter(|&f| scene.faces[f as usize].material as usize == material) {
@@ -126,12 +126,12 @@ impl EmissionTexture {
     }
 
     /// The mean over the material's faces, as a factor on its emission.
-    pub fn mean(&self) -> Rgb {
+    pub(crate) fn mean(&self) -> Rgb {
         self.mean.as_vec3()
     }
 
     /// `E(y)` over the mean, channel by channel; 0 where the mean is.
-    pub fn share(&self, face: u32, position: Vec3) -> DVec3 {
+    pub(crate) fn share(&self, face: u32, position: Vec3) -> DVec3 {
         let at = self.coordinates(face, position.as_dvec3());
         at.map_or(DVec3::ONE, |at| self.over_mean(self.texture.colour(at).as_dvec3()))
     }

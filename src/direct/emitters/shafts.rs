@@ -52,7 +52,7 @@ pub(crate) fn patch_body(patches: &Patches, i: usize) -> Option<Body> {
 
 impl Body {
     /// `None` where there are too many corners.
-    pub fn new(corners: impl Iterator<Item = DVec3>) -> Option<Body> {
+    pub(crate) fn new(corners: impl Iterator<Item = DVec3>) -> Option<Body> {
         let mut body = Body { corners: Vec::new(), plane: None, convex_lamp: None };
         let mut area = DVec3::ZERO;
         let all: Vec<DVec3> = corners.collect();
@@ -77,12 +77,12 @@ impl Body {
     }
 
     /// Mean of the corners, a point of the body.
-    pub fn middle(&self) -> DVec3 {
+    pub(crate) fn middle(&self) -> DVec3 {
         self.corners.iter().sum::<DVec3>() / self.corners.len() as f64
     }
 
     /// A box, and no plane.
-    pub fn of_box(bounds: &Bounds<DVec3>) -> Body {
+    pub(crate) fn of_box(bounds: &Bounds<DVec3>) -> Body {
         let mut corners: Vec<DVec3> = Vec::new();
         for k in 0..8 {
             let side = |bit: usize| k >> bit & 1 == 1;
@@ -95,14 +95,14 @@ impl Body {
     }
 
     /// The plane that this and another body lie in, if in one.
-    pub fn common_plane(&self, other: &Body) -> Option<(DVec3, f64)> {
+    pub(crate) fn common_plane(&self, other: &Body) -> Option<(DVec3, f64)> {
         let ((n, p), (m, q)) = (self.plane?, other.plane?);
         (n.dot(m) > 1.0 - 1e-12 && (p - q).abs() <= FLAT).then_some((n, p))
     }
 
     /// Whether a caster may hide the front of the body: it rises above its plane, and is not of the same convex lamp,
     /// no face of which hides another from where that one's front is seen.
-    pub fn reached_by(&self, caster: &Caster) -> bool {
+    pub(crate) fn reached_by(&self, caster: &Caster) -> bool {
         if caster.convex_lamp.is_some() && caster.convex_lamp == self.convex_lamp {
             return false;
         }
@@ -245,13 +245,13 @@ pub(crate) struct Shaft<'a> {
 }
 
 impl<'a> Shaft<'a> {
-    pub fn new(patch: &'a Body, lamp: &'a Body) -> Shaft<'a> {
+    pub(crate) fn new(patch: &'a Body, lamp: &'a Body) -> Shaft<'a> {
         let hull: Vec<DVec3> = patch.corners.iter().chain(&lamp.corners).copied().collect();
         Shaft { ends: [patch, lamp], bounds: Bounds::of(hull.iter().copied()), hull }
     }
 
     /// Those `among` the casters that may lie between the bodies.
-    pub fn holds_of(&self, casters: &[Caster], among: impl Iterator<Item = u32>) -> impl Iterator<Item = u32> {
+    pub(crate) fn holds_of(&self, casters: &[Caster], among: impl Iterator<Item = u32>) -> impl Iterator<Item = u32> {
         let [from, to] = self.ends.map(Body::middle);
         among.filter(move |&k| {
             let c = &casters[k as usize];
@@ -261,7 +261,7 @@ impl<'a> Shaft<'a> {
 
     /// Those `among` the casters that may lie between parts of the bodies: none where none lies between the whole ones,
     /// else perhaps more than there are, as only the first is looked for.
-    pub fn holds_any_of(&self, casters: &[Caster], among: impl Iterator<Item = u32>) -> Vec<u32> {
+    pub(crate) fn holds_any_of(&self, casters: &[Caster], among: impl Iterator<Item = u32>) -> Vec<u32> {
         let [from, to] = self.ends.map(Body::middle);
         let mut any = false;
         let holds = |&k: &u32| {

@@ -32,7 +32,7 @@ const MISFIT: f64 = 1e-3;
 
 /// The tree of luminaires, and each patch's cut through it.
 #[derive(Debug)]
-pub struct LightCuts {
+pub(crate) struct LightCuts {
     /// The emitter whose luminaires these are.
     pub(crate) emitter: usize,
     pub(crate) tree: LightTree,
@@ -67,7 +67,7 @@ pub(crate) struct Seen {
 
 impl LightCuts {
     /// Luminaires drawn at a receiver at most.
-    pub const MOST_DRAWN: u32 = MOST_DRAWN;
+    pub(crate) const MOST_DRAWN: u32 = MOST_DRAWN;
 
     /// The cut of each patch that `receives`.
     pub(crate) fn new(inputs: &CutInputs, receives: &[bool]) -> LightCuts {
@@ -213,7 +213,7 @@ pub(crate) struct Walk<'a> {
 
 impl<'a> Walk<'a> {
     /// A walk of patch i, with tests of occlusion or not.
-    pub fn new(inputs: &'a CutInputs, tree: &'a LightTree, i: usize, tests_shadows: bool) -> Walk<'a> {
+    pub(crate) fn new(inputs: &'a CutInputs, tree: &'a LightTree, i: usize, tests_shadows: bool) -> Walk<'a> {
         let patches = inputs.patches;
         let rectangle = Rectangle::new(patches, i);
         let corners: Vec<DVec3> = patches.pieces(i).flat_map(|p| p.1.map(|q| q.as_dvec3())).collect();
@@ -246,7 +246,7 @@ impl<'a> Walk<'a> {
     }
 
     /// Estimate of the light of a node, mean of the channels, never zero.
-    pub fn estimate(&self, node: &Node) -> f64 {
+    pub(crate) fn estimate(&self, node: &Node) -> f64 {
         let off = self.distance(node).powi(2) + node.radius().powi(2) + self.radius.powi(2);
         let light = node.moments.light(self.center, self.normal).element_sum() / 3.0;
         let most = node.power / (std::f64::consts::PI * off);
@@ -329,12 +329,12 @@ impl<'a> Walk<'a> {
     }
 
     /// Whether a node lies so near to the patch that it is no part of a polynomial.
-    pub fn is_near(&self, node: &Node) -> bool {
+    pub(crate) fn is_near(&self, node: &Node) -> bool {
         self.distance(node) - node.radius() < NEAR * self.radius
     }
 
     /// Sorts a node by how it lights the patch; `among` are the casters that may matter.
-    pub fn visit(&mut self, k: usize, among: &[u32]) {
+    pub(crate) fn visit(&mut self, k: usize, among: &[u32]) {
         let node = &self.tree.nodes[k];
         if self.misses(node) {
             return;

@@ -77,7 +77,7 @@ const MANY: f64 = 10.0;
 impl LightTree {
     /// The tree over some luminaires by their numbers, of which there must be one; nodes may have the relative error
     /// `exactness`.
-    pub fn new(luminaires: &Luminaires, numbers: &[u32], exactness: f64) -> LightTree {
+    pub(crate) fn new(luminaires: &Luminaires, numbers: &[u32], exactness: f64) -> LightTree {
         let list = &luminaires.list;
         let sums: Vec<Sums> = list.iter().map(Sums::of).collect();
         let place = |&number: &u32| {
@@ -114,12 +114,12 @@ impl LightTree {
     }
 
     /// The node that holds all luminaires.
-    pub fn root(&self) -> usize {
+    pub(crate) fn root(&self) -> usize {
         self.nodes.len() - 1
     }
 
     /// The luminaire of a node's range at u in the unit interval, by power; its probability, and u within it.
-    pub fn draw(&self, range: &Range<usize>, u: f64) -> (u32, f64, f32) {
+    pub(crate) fn draw(&self, range: &Range<usize>, u: f64) -> (u32, f64, f32) {
         let drawn = self.powers.draw_of(range, u);
         (self.order[drawn.index], drawn.weight / self.powers.weight(range), drawn.again())
     }
@@ -127,7 +127,7 @@ impl LightTree {
 
 impl Node {
     /// How its luminaires face a point.
-    pub fn facing(&self, x: DVec3) -> Facing {
+    pub(crate) fn facing(&self, x: DVec3) -> Facing {
         if let Some((normal, offset)) = self.body.plane {
             return if normal.dot(x) > offset { Facing::Towards } else { Facing::Away };
         }
@@ -136,7 +136,7 @@ impl Node {
 
     /// How its luminaires face points `away` from its centre, by the cone of their normals; `reach` is the sum of the
     /// radii of the node and of the points.
-    pub fn cone_facing(&self, away: DVec3, reach: f64) -> Facing {
+    pub(crate) fn cone_facing(&self, away: DVec3, reach: f64) -> Facing {
         let far = away.length();
         if reach >= far {
             return Facing::Both;
@@ -151,12 +151,12 @@ impl Node {
     }
 
     /// Centre of the box.
-    pub fn center(&self) -> DVec3 {
+    pub(crate) fn center(&self) -> DVec3 {
         self.bounds.middle()
     }
 
     /// Half the diagonal of the box.
-    pub fn radius(&self) -> f64 {
+    pub(crate) fn radius(&self) -> f64 {
         0.5 * self.bounds.size().length()
     }
 }
@@ -180,7 +180,7 @@ impl NodeBound {
 
     /// Upper bound of `cos cos / d²` at a point x with unit normal n; d is no less than the radius.
     #[inline]
-    pub fn largest_kernel(&self, x: DVec3, n: DVec3) -> f64 {
+    pub(crate) fn largest_kernel(&self, x: DVec3, n: DVec3) -> f64 {
         let away = self.center - x;
         let squared = away.length_squared();
         let own = self.radius * self.radius;

@@ -69,7 +69,7 @@ fn outer(a: DVec3, b: DVec3) -> DMat3 {
 }
 
 impl Sums {
-    pub fn of(luminaire: &Luminaire) -> Sums {
+    pub(crate) fn of(luminaire: &Luminaire) -> Sums {
         let radiance = luminaire.radiance.as_dvec3();
         // Not the default: a matrix's is one.
         let mut sums = Sums {
@@ -139,7 +139,7 @@ impl Sums {
         self.turned[k].iter_mut().zip(m.to_array()).for_each(|(turned, m)| *turned += second * m);
     }
 
-    pub fn add(mut self, other: &Sums) -> Sums {
+    pub(crate) fn add(mut self, other: &Sums) -> Sums {
         self.power += other.power;
         self.weight += other.weight;
         self.first += other.first;
@@ -155,7 +155,7 @@ impl Sums {
     }
 
     /// Points along the principal axes of the covariance.
-    pub fn moments(&self) -> Moments {
+    pub(crate) fn moments(&self) -> Moments {
         if self.weight <= 0.0 {
             return Moments::Turned(Vec::new());
         }
@@ -266,7 +266,7 @@ fn places(axes: &[DVec3]) -> Vec<DVec3> {
 
 impl Moments {
     /// `sum of F L` at a point with unit normal n without occlusion.
-    pub fn light(&self, x: DVec3, n: DVec3) -> DVec3 {
+    pub(crate) fn light(&self, x: DVec3, n: DVec3) -> DVec3 {
         let over = |d: DVec3| {
             let square = d.length_squared().max(1e-30);
             1.0 / (square * square)

@@ -254,14 +254,14 @@ pub(crate) struct Measured {
 
 impl Measured {
     /// Adds a pixel of some variance and value.
-    pub fn add(&mut self, pixel: &Pixel, variance: DVec3, value: DVec3) {
+    pub(crate) fn add(&mut self, pixel: &Pixel, variance: DVec3, value: DVec3) {
         self.variance += pixel.weight() * variance.element_sum();
         self.signal += pixel.weight() * value.length_squared();
         self.count += pixel.weight();
     }
 
     /// Radiance up to which emission counts in the noise of a pixel: twice the RMS of the picture.
-    pub fn bright(&self) -> f64 {
+    pub(crate) fn bright(&self) -> f64 {
         2.0 * (self.signal / (3.0 * self.count.max(1.0))).sqrt()
     }
 }

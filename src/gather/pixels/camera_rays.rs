@@ -74,7 +74,7 @@ struct CameraRay {
 
 impl<'a> CameraRays<'a> {
     /// Camera rays of a view, for pixels that reflect some fields.
-    pub fn new(view: &'a View, fields: &'a Fields, sampling: &CameraSampling) -> CameraRays<'a> {
+    pub(crate) fn new(view: &'a View, fields: &'a Fields, sampling: &CameraSampling) -> CameraRays<'a> {
         let visibility = sampling.visibility.max(1);
         let sobol = Sobol::new((sampling.tabled * view.lights.points(visibility)) as usize, 4);
         let (seed, dark, highlights) = (sampling.seed, fields.is_dark(), Highlights::new(view.lights));
@@ -83,12 +83,12 @@ impl<'a> CameraRays<'a> {
     }
 
     /// Memory for one thread.
-    pub fn scratch(&self) -> PixelScratch {
+    pub(crate) fn scratch(&self) -> PixelScratch {
         PixelScratch { memory: Memory::default(), sum: LightSum::default(), seen: Vec::new() }
     }
 
     /// Casts camera rays until each half has `count`.
-    pub fn extend(&self, k: usize, pixel: &mut Pixel, count: u32, scratch: &mut PixelScratch) {
+    pub(crate) fn extend(&self, k: usize, pixel: &mut Pixel, count: u32, scratch: &mut PixelScratch) {
         let mut partly_hidden = pixel.met.partly_hidden;
         for half in 0..2 {
             scratch.sum.clear();
@@ -137,7 +137,12 @@ impl<'a> CameraRays<'a> {
     }
 
     /// The surfaces that a camera ray of one half of pixel k sees, and the points.
-    pub fn surfaces_seen(&self, k: usize, half: usize, index: u32) -> impl Iterator<Item = (SurfaceKey, SurfacePoint)> {
+    pub(crate) fn surfaces_seen(
+        &self,
+        k: usize,
+        half: usize,
+        index: u32,
+    ) -> impl Iterator<Item = (SurfaceKey, SurfacePoint)> {
         let view = self.view;
         let one = |SeenPoint { hit, position, key, .. }: SeenPoint| {
             view.patches.at(hit.face, hit.side, position)?;
@@ -147,7 +152,7 @@ impl<'a> CameraRays<'a> {
     }
 
     /// The surface that a face belongs to.
-    pub fn key(&self, face: u32, side: Side) -> SurfaceKey {
+    pub(crate) fn key(&self, face: u32, side: Side) -> SurfaceKey {
         let view = self.view;
         SurfaceKey { plane: view.rays.plane(face), side, material: view.scene.faces[face as usize].material }
     }
@@ -157,7 +162,7 @@ impl<'a> CameraRays<'a> {
     }
 
     /// The light of a face at a point of the picture, in pixels, if the face is visible there.
-    pub fn light_of_face(&self, face: u32, place: DVec2, scratch: &mut PixelScratch) -> Option<DVec3> {
+    pub(crate) fn light_of_face(&self, face: u32, place: DVec2, scratch: &mut PixelScratch) -> Option<DVec3> {
         let pixel = place.as_uvec2();
         let k = pixel.y as usize * self.view.width + pixel.x as usize;
         let ray = self.camera_ray(k, 0, 0);

@@ -73,20 +73,20 @@ pub(crate) fn bit(luminaire: usize) -> u64 {
 
 impl Met {
     /// Extends the reach to a distance at which a ray met a point.
-    pub fn extend_reach(&mut self, distance: f32) {
+    pub(crate) fn extend_reach(&mut self, distance: f32) {
         let [near, far] = self.reach.unwrap_or([distance; 2]);
         self.reach = Some([near.min(distance), far.max(distance)]);
     }
 
     /// Whether a point is behind all that was met: farther by as much as that differs by.
-    pub fn hides(&self, distance: f32) -> bool {
+    pub(crate) fn hides(&self, distance: f32) -> bool {
         self.reach.is_some_and(|[near, far]| distance > far + (far - near) + LEVEL * far)
     }
 }
 
 impl Pixel {
     /// The layer of a surface seen; a new one if no camera ray has seen it before.
-    pub fn layer(&mut self, key: SurfaceKey, seen: SurfacePoint) -> &mut Layer {
+    pub(crate) fn layer(&mut self, key: SurfaceKey, seen: SurfacePoint) -> &mut Layer {
         let known = self.layers.iter().position(|l| l.holds(key, &seen));
         let k = known.unwrap_or_else(|| {
             self.layers.push(Layer::new(key, seen));
@@ -96,39 +96,39 @@ impl Pixel {
     }
 
     /// Whether a luminaire is to be asked with all visibility rays, as a part of it is hidden or may be.
-    pub fn asks(&self, luminaire: usize) -> bool {
+    pub(crate) fn asks(&self, luminaire: usize) -> bool {
         self.count < SHOW || self.met.partly_hidden & bit(luminaire) != 0
     }
 
     /// Camera rays of both halves.
-    pub fn camera(&self) -> f64 {
+    pub(crate) fn camera(&self) -> f64 {
         f64::from(2 * self.count)
     }
 
     /// Whether some camera rays met light as emitted, but not all.
-    pub fn shows_outline(&self) -> bool {
+    pub(crate) fn shows_outline(&self) -> bool {
         0 < self.met.emitting && self.met.emitting < 2 * self.count
     }
 
     /// All light of each half, sums over its camera rays.
-    pub fn halves(&self) -> [DVec3; 2] {
+    pub(crate) fn halves(&self) -> [DVec3; 2] {
         self.halves_below(f64::INFINITY)
     }
 
     /// The light of each half, of which what is emitted counts no more than `bright`, sums over its camera rays.
-    pub fn halves_below(&self, bright: f64) -> [DVec3; 2] {
+    pub(crate) fn halves_below(&self, bright: f64) -> [DVec3; 2] {
         let most = if self.counts_emission { f64::INFINITY } else { bright * f64::from(self.count) };
         self.light.halves(most)
     }
 
     /// Standard error squared of the mean of two halves of the camera rays, all channels.
-    pub fn variance(&self, halves: [DVec3; 2]) -> DVec3 {
+    pub(crate) fn variance(&self, halves: [DVec3; 2]) -> DVec3 {
         Halves::of(halves.map(|half| half * (2.0 / self.camera()))).variance()
     }
 
     /// The variance, emission counting up to `bright`: that of the halves, or of the last resampling if there is one,
     /// and no less than that of small faces.
-    pub fn variance_below(&self, bright: f64) -> DVec3 {
+    pub(crate) fn variance_below(&self, bright: f64) -> DVec3 {
         self.sampled_variance_below(bright).max(self.small_face_variance())
     }
 
@@ -138,23 +138,23 @@ impl Pixel {
     }
 
     /// The variance that small faces make which its rays may have missed.
-    pub fn small_face_variance(&self) -> DVec3 {
+    pub(crate) fn small_face_variance(&self) -> DVec3 {
         let mean = self.reflected();
         self.small_faces.iter().map(|face| face.variance(mean, self.camera())).sum()
     }
 
     /// Mean reflected light of its rays.
-    pub fn reflected(&self) -> DVec3 {
+    pub(crate) fn reflected(&self) -> DVec3 {
         self.halves_below(0.0).into_iter().sum::<DVec3>() / self.camera()
     }
 
     /// Its sums so far.
-    pub fn sums_below(&self, bright: f64) -> HalfSums {
+    pub(crate) fn sums_below(&self, bright: f64) -> HalfSums {
         HalfSums { halves: self.halves_below(bright), count: self.count }
     }
 
     /// Estimates the variance from the rays since `before`, scaled to all rays.
-    pub fn take_resampled(&mut self, before: HalfSums, bright: f64) {
+    pub(crate) fn take_resampled(&mut self, before: HalfSums, bright: f64) {
         let now = self.sums_below(bright);
         let more = f64::from(now.count - before.count);
         let own = Halves::of([0, 1].map(|half| (now.halves[half] - before.halves[half]) / more));
@@ -163,7 +163,7 @@ impl Pixel {
 
     /// Notes the variance by the difference of the halves, their emission up to `bright`, and predicts it from the one
     /// noted before times the share `remaining` that the rays since are expected to leave.
-    pub fn note_difference(&mut self, bright: f64, remaining: f64) {
+    pub(crate) fn note_difference(&mut self, bright: f64, remaining: f64) {
         let now = self.sampled_variance_below(bright).element_sum();
         let mean = self.reflected();
         self.noise.is_explained = self.small_faces.iter().any(|face| face.explains(now, mean, self.camera()));
@@ -172,7 +172,7 @@ impl Pixel {
 
     /// How much the pixel counts in the error: the probability that none of [`LUMINAIRE_RAYS`] rays through it meets
     /// light as emitted, 0 on a luminaire and a little below 1 with a sliver of one.
-    pub fn weight(&self) -> f64 {
+    pub(crate) fn weight(&self) -> f64 {
         if self.counts_emission {
             return 1.0;
         }
@@ -195,14 +195,14 @@ pub(crate) struct SmallFace {
 
 impl SmallFace {
     /// Variance of the mean of so many rays of a pixel with this mean.
-    pub fn variance(&self, mean: DVec3, rays: f64) -> DVec3 {
+    pub(crate) fn variance(&self, mean: DVec3, rays: f64) -> DVec3 {
         let c = self.light - mean;
         let spread = (self.share * rays).sqrt().recip().min(1.0);
         self.share * (1.0 - self.share) / rays * spread * c * c
     }
 
     /// Whether the number of rays that met it by chance may explain a variance.
-    pub fn explains(&self, variance: f64, mean: DVec3, rays: f64) -> bool {
+    pub(crate) fn explains(&self, variance: f64, mean: DVec3, rays: f64) -> bool {
         let met = 1.0 + self.share * rays;
         CHANCE * CHANCE * met * (self.light - mean).length_squared() >= variance * rays * rays
     }

@@ -45,13 +45,13 @@ pub(crate) struct Layer {
 
 impl Layer {
     /// A layer that no ray has seen yet.
-    pub fn new(key: SurfaceKey, first: SurfacePoint) -> Layer {
+    pub(crate) fn new(key: SurfaceKey, first: SurfacePoint) -> Layer {
         let (sum, reflected) = ([DVec3::ZERO; 2], [DVec3::ZERO; 2]);
         Layer { key, first, count: [0; 2], sum, reflected, origins: [Vec::new(), Vec::new()] }
     }
 
     /// Adds one camera ray of a half, and the reflectance where it ended.
-    pub fn add(&mut self, half: usize, seen: &SurfacePoint, rho: DVec3) {
+    pub(crate) fn add(&mut self, half: usize, seen: &SurfacePoint, rho: DVec3) {
         if self.origins[half].len() < ORIGINS {
             self.start(half, *seen);
         }
@@ -61,19 +61,19 @@ impl Layer {
     }
 
     /// Sums of the reflectance of the points that each half saw; of one reflectance they are exact, as f64 holds them.
-    pub fn reflected(&self) -> [DVec3; 2] {
+    pub(crate) fn reflected(&self) -> [DVec3; 2] {
         self.reflected
     }
 
     /// Reflectance, in the mean over so many camera rays of which some met the surface.
-    pub fn mean_reflectance(&self, camera: f64) -> DVec3 {
+    pub(crate) fn mean_reflectance(&self, camera: f64) -> DVec3 {
         let all = f64::from(self.count[0]) + f64::from(self.count[1]);
         // Division by their number gives one reflectance back exactly.
         (self.reflected[0] + self.reflected[1]) / all * (all / camera)
     }
 
     /// Points that rays of a half may start from: those that it saw first, or the other half's where it saw none.
-    pub fn origins(&self, half: usize) -> &[SurfacePoint] {
+    pub(crate) fn origins(&self, half: usize) -> &[SurfacePoint] {
         match &self.origins[half][..] {
             [] => &self.origins[1 - half],
             own => own,
@@ -81,12 +81,12 @@ impl Layer {
     }
 
     /// Adds a point that rays of a half may start from.
-    pub fn start(&mut self, half: usize, seen: SurfacePoint) {
+    pub(crate) fn start(&mut self, half: usize, seen: SurfacePoint) {
         self.origins[half].push(seen);
     }
 
     /// Where its irradiance is interpolated, and from which records.
-    pub fn place(&self) -> Place {
+    pub(crate) fn place(&self) -> Place {
         Place {
             position: self.position(),
             normal: self.first.normal,
@@ -95,18 +95,18 @@ impl Layer {
     }
 
     /// Mean of the points seen.
-    pub fn position(&self) -> DVec3 {
+    pub(crate) fn position(&self) -> DVec3 {
         (self.sum[0] + self.sum[1]) / f64::from(self.count[0] + self.count[1])
     }
 
     /// The mean of the points seen by one half less that of both.
-    pub fn off(&self, half: usize) -> DVec3 {
+    pub(crate) fn off(&self, half: usize) -> DVec3 {
         let n = self.count[half];
         if n == 0 { DVec3::ZERO } else { self.sum[half] / f64::from(n) - self.position() }
     }
 
     /// Whether a point belongs to this surface: in its plane, or on a facet that continues it around a bend.
-    pub fn holds(&self, key: SurfaceKey, seen: &SurfacePoint) -> bool {
+    pub(crate) fn holds(&self, key: SurfaceKey, seen: &SurfacePoint) -> bool {
         if self.key == key {
             return true;
         }

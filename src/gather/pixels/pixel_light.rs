@@ -19,12 +19,12 @@ pub(crate) struct PixelLight {
 
 impl PixelLight {
     /// All light of each half, of which what is emitted counts no more than `most`.
-    pub fn halves(&self, most: f64) -> [DVec3; 2] {
+    pub(crate) fn halves(&self, most: f64) -> [DVec3; 2] {
         [0, 1].map(|half| self.emitted[half].min(DVec3::splat(most)) + self.lit[half] + self.ambient[half])
     }
 
     /// The sums of an emitter that is kept apart.
-    pub fn emitter(&mut self, number: usize) -> &mut [DVec3; 2] {
+    pub(crate) fn emitter(&mut self, number: usize) -> &mut [DVec3; 2] {
         if self.emitters.len() <= number {
             self.emitters.resize(number + 1, [DVec3::ZERO; 2]);
         }

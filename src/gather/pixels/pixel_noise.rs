@@ -33,17 +33,17 @@ pub(crate) enum Basis {
 
 impl PixelNoise {
     /// The variance by the rays of the last resampling; none where the pixel was never resampled, or chosen since.
-    pub fn resampled(&self) -> Option<DVec3> {
+    pub(crate) fn resampled(&self) -> Option<DVec3> {
         if let Basis::Resampled(variance) = self.basis { Some(variance) } else { None }
     }
 
     /// The variance for which it was chosen since the last resampling of any pixel.
-    pub fn unseen(&self) -> f64 {
+    pub(crate) fn unseen(&self) -> f64 {
         if let Basis::Chosen { unseen } = self.basis { unseen } else { 0.0 }
     }
 
     /// Counts nothing as unseen, as pixels are resampled to see it.
-    pub fn forget_unseen(&mut self) {
+    pub(crate) fn forget_unseen(&mut self) {
         if let Basis::Chosen { unseen } = &mut self.basis {
             *unseen = 0.0;
         }
@@ -51,7 +51,7 @@ impl PixelNoise {
 
     /// Marks it as chosen to get more rays because of its variance, which counts as unseen unless it shows around it as
     /// well or a known face explains it.
-    pub fn choose(&mut self, is_seen_around: bool) {
+    pub(crate) fn choose(&mut self, is_seen_around: bool) {
         if !matches!(self.basis, Basis::Chosen { .. }) {
             let unseen = if self.is_explained || is_seen_around { 0.0 } else { self.differed };
             self.basis = Basis::Chosen { unseen };
@@ -59,7 +59,7 @@ impl PixelNoise {
     }
 
     /// Takes the variance that resampling gave it, with so many camera rays of each half now.
-    pub fn resample(&mut self, variance: DVec3, count: u32) {
+    pub(crate) fn resample(&mut self, variance: DVec3, count: u32) {
         self.basis = Basis::Resampled(variance);
         self.predicted = variance.element_sum();
         (self.differed, self.noted) = (self.predicted, count);
@@ -67,7 +67,7 @@ impl PixelNoise {
 
     /// Notes the variance with so many camera rays of each half, and predicts it from the one noted before times the
     /// share `remaining` that the rays since are expected to leave.
-    pub fn note(&mut self, variance: f64, count: u32, remaining: f64) {
+    pub(crate) fn note(&mut self, variance: f64, count: u32, remaining: f64) {
         if self.noted == 0 {
             self.predicted = variance;
         } else if self.noted < count {

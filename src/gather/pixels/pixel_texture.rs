@@ -85,10 +85,10 @@ pub(crate) struct Adjusted {
 
 impl Adjusted {
     /// The reflectance itself.
-    pub const NOT: Adjusted = Adjusted { factor: DVec3::ONE, offset: DVec3::ZERO };
+    pub(crate) const NOT: Adjusted = Adjusted { factor: DVec3::ONE, offset: DVec3::ZERO };
 
     /// The adjusted reflectance of a point.
-    pub fn rho(&self, own: Rgb) -> DVec3 {
+    pub(crate) fn rho(&self, own: Rgb) -> DVec3 {
         own.as_dvec3() * self.factor + self.offset
     }
 
@@ -104,7 +104,7 @@ impl Adjusted {
 impl PixelTexture {
     /// Adds the points that more camera rays of pixel k see; `all`: whether each of the rays saw one. Returns the
     /// adjustment of their reflectance.
-    pub fn see(&mut self, view: &View, k: usize, points: &[SeenPoint], all: bool) -> Adjusted {
+    pub(crate) fn see(&mut self, view: &View, k: usize, points: &[SeenPoint], all: bool) -> Adjusted {
         if let PixelTexture::Unknown = self {
             let first = points.first().and_then(|point| Footprint::new(view, k, point));
             *self = first.map_or(PixelTexture::Varied, |own| PixelTexture::One(Box::new(own)));
@@ -118,7 +118,7 @@ impl PixelTexture {
     }
 
     /// Ratio of the mean reflectance to that of another pixel of the same surface; 1 for different ones.
-    pub fn over(&self, other: &PixelTexture) -> DVec3 {
+    pub(crate) fn over(&self, other: &PixelTexture) -> DVec3 {
         match (self, other) {
             (PixelTexture::One(own), PixelTexture::One(other)) if own.key == other.key => {
                 DVec3::select(other.rho.cmpgt(DVec3::ZERO), own.rho / other.rho, DVec3::ZERO)
@@ -212,14 +212,14 @@ enum Shown {
 
 impl PixelCells {
     /// No more cells than rays, none of which has seen anything yet; none at all where rays are few.
-    pub fn new(rays: u32) -> Option<PixelCells> {
+    pub(crate) fn new(rays: u32) -> Option<PixelCells> {
         let number = 1_u32 << (rays.max(1).ilog2() / 2);
         let shown = || vec![Shown::Nothing; (number * number) as usize];
         (number >= LEAST_CELLS).then(|| PixelCells { number, shown: shown() })
     }
 
     /// Adds that a ray through a place of the pixel sees surface number `surface`.
-    pub fn see(&mut self, at: DVec2, surface: u32) {
+    pub(crate) fn see(&mut self, at: DVec2, surface: u32) {
         let [x, y] = self.cell(at);
         let shown = &mut self.shown[(y * self.number + x) as usize];
         *shown = match *shown {
@@ -230,7 +230,7 @@ impl PixelCells {
     }
 
     /// Whether rays see one surface, and nothing else, through the cell around a place and all its neighbours.
-    pub fn is_within_surface(&self, at: DVec2) -> bool {
+    pub(crate) fn is_within_surface(&self, at: DVec2) -> bool {
         let [x, y] = self.cell(at);
         let around = |p: u32| p.saturating_sub(1)..(p + 2).min(self.number);
         let shown = |x: u32, y: u32| self.shown[(y * self.number + x) as usize];
@@ -240,7 +240,7 @@ impl PixelCells {
 
     /// The mean reflectance of a surface over the cell around a place of pixel k; none where it has no texture, or is
     /// not evenly spread over the cell.
-    pub fn mean(&self, view: &View, k: usize, face: u32, at: DVec2) -> Option<DVec3> {
+    pub(crate) fn mean(&self, view: &View, k: usize, face: u32, at: DVec2) -> Option<DVec3> {
         let texture = view.scene.whole_texture(face)?;
         let [low, high] = self.around(at);
         if unevenness(view, k, face, [low, high])?.max_element() > UNEVEN {

@@ -50,13 +50,13 @@ pub(crate) struct FinalGather<'a> {
 
 impl<'a> FinalGather<'a> {
     /// Final gathering of the light that a view meets.
-    pub fn new(view: &'a View, fields: &'a Fields) -> FinalGather<'a> {
+    pub(crate) fn new(view: &'a View, fields: &'a Fields) -> FinalGather<'a> {
         let continuation = Continuation { walker: Walker::new(view), fields };
         FinalGather { view, fields, sobol: Sobol::new(TABLED, 3), continuation }
     }
 
     /// The length of the brightest light of the fields that make the picture, over the middles of patches.
-    pub fn brightest(&self) -> f64 {
+    pub(crate) fn brightest(&self) -> f64 {
         let patches = self.view.patches;
         let light = |i: usize| -> Rgb {
             let at = patches.point(i, 0.5, 0.5).position;
@@ -68,12 +68,12 @@ impl<'a> FinalGather<'a> {
     }
 
     /// Number of fields read, and of earlier readings of the first that follow them.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.fields.count() + self.fields.recorded()
     }
 
     /// Adds what rays read in every field to `incident`; returns the weighted sum of the rays' inverse lengths.
-    pub fn read(&self, rays: &HemisphereRays, memory: &mut Memory, incident: &mut [DVec3]) -> f64 {
+    pub(crate) fn read(&self, rays: &HemisphereRays, memory: &mut Memory, incident: &mut [DVec3]) -> f64 {
         if !self.fields.is_read_at_once() {
             return self.cast(rays, |ray, k, counted| {
                 let sample = self.continuation.read(ray, hash(k, rays.seed), memory);

@@ -64,7 +64,7 @@ impl FitError {
     }
 
     /// The sum, with the standard error of N independent draws.
-    pub fn sum(&self) -> SquaredError {
+    pub(crate) fn sum(&self) -> SquaredError {
         let sum: f64 = self.drawn.iter().map(|own| own.squared).sum();
         let mean = sum / self.drawn.len().max(1) as f64;
         let variance: f64 = self.drawn.iter().map(|own| (own.squared - mean).powi(2)).sum();
@@ -72,7 +72,7 @@ impl FitError {
     }
 
     /// The uncertainty up to which fits are together off by no more than `most`.
-    pub fn most_certain(&self, most: f64) -> f64 {
+    pub(crate) fn most_certain(&self, most: f64) -> f64 {
         let mut sum = 0.0;
         let within = self.drawn.iter().filter(|own| {
             sum += own.squared;

@@ -184,19 +184,19 @@ pub(crate) struct GuidedPlace {
 
 impl GuidedPlace {
     /// Nothing found yet; `brightest` is the length of the light that all is counted in.
-    pub fn none(brightest: f64) -> GuidedPlace {
+    pub(crate) fn none(brightest: f64) -> GuidedPlace {
         GuidedPlace { statistics: CellStatistics::none(brightest as f32), news: None, density: None, rays: 0.0 }
     }
 
     /// The density to follow, and where rays are recorded.
-    pub fn guiding(&self) -> Guiding<'_> {
+    pub(crate) fn guiding(&self) -> Guiding<'_> {
         let scale = 1.0 / f64::from(self.statistics.brightest);
         let statistics = self.news.as_deref().unwrap_or(&self.statistics);
         Guiding { density: self.density.as_deref(), statistics: Some(statistics), scale }
     }
 
     /// Makes the density anew where rays have become more by a share that shows.
-    pub fn update(&mut self) {
+    pub(crate) fn update(&mut self) {
         let rays = self.statistics.rays();
         if rays >= ENOUGH.max(MORE * self.rays) {
             self.rays = rays;
@@ -208,7 +208,7 @@ impl GuidedPlace {
 impl GuidingField {
     /// No densities yet, for squares of `tile` pixels of a picture so many pixels wide; no light is much brighter than
     /// `brightest`.
-    pub fn new(tile: usize, width: usize, brightest: f64) -> GuidingField {
+    pub(crate) fn new(tile: usize, width: usize, brightest: f64) -> GuidingField {
         GuidingField {
             tile,
             width,
@@ -219,7 +219,7 @@ impl GuidingField {
     }
 
     /// The number of the density for a normal seen in pixel k.
-    pub fn number(&mut self, k: usize, normal: Vec3) -> u32 {
+    pub(crate) fn number(&mut self, k: usize, normal: Vec3) -> u32 {
         let round = |x: f32| (NORMALS * x).round() as i8;
         // The directions' frame turns over where z changes sign.
         let way = [round(normal.x), round(normal.y), round(normal.z), i8::from(normal.z.is_sign_negative())];
@@ -234,7 +234,7 @@ impl GuidingField {
 
     /// Makes densities anew from what rays have found, where those have become more, and is ready for the rays of a
     /// loop.
-    pub fn update(&mut self, casts: &Loop) {
+    pub(crate) fn update(&mut self, casts: &Loop) {
         let (is_shared, brightest) = (!casts.is_everyone(), self.brightest as f32);
         self.places.par_iter_mut().for_each(|place| {
             place.update();
@@ -245,7 +245,7 @@ impl GuidingField {
     }
 
     /// Takes in what the rays of a loop have found.
-    pub fn gather(&mut self, casts: &Loop) {
+    pub(crate) fn gather(&mut self, casts: &Loop) {
         let news = |(k, place): (usize, &mut GuidedPlace)| {
             let own = place.news.as_mut()?.take();
             (!own.is_empty()).then_some((k, own))
@@ -257,7 +257,7 @@ impl GuidingField {
     }
 
     /// The density of a number, and where its rays are recorded.
-    pub fn of(&self, number: u32) -> Guiding<'_> {
+    pub(crate) fn of(&self, number: u32) -> Guiding<'_> {
         self.places[number as usize].guiding()
     }
 }
@@ -273,11 +273,11 @@ pub(crate) struct Guiding<'a> {
 
 impl Guiding<'_> {
     /// No density; nothing is recorded.
-    pub const NONE: Guiding<'static> = Guiding { density: None, statistics: None, scale: 0.0 };
+    pub(crate) const NONE: Guiding<'static> = Guiding { density: None, statistics: None, scale: 0.0 };
 
     /// Warps the points of a fan.
     #[inline]
-    pub fn warp(&self, u: &mut [f32; FAN], v: &mut [f32; FAN]) -> Warped {
+    pub(crate) fn warp(&self, u: &mut [f32; FAN], v: &mut [f32; FAN]) -> Warped {
         match (self.density, self.statistics) {
             (Some(density), _) => density.warp(u, v),
             (None, None) => Warped::EVEN,
@@ -287,7 +287,7 @@ impl Guiding<'_> {
 
     /// Records what light a ray through a cell found.
     #[inline]
-    pub fn record(&self, cell: u8, light: DVec3) {
+    pub(crate) fn record(&self, cell: u8, light: DVec3) {
         let Some(statistics) = self.statistics else { return };
         let whole = |x: f64, most: f64| (UNIT * x.clamp(0.0, most)) as u64;
         let light = self.scale * light;
@@ -339,12 +339,12 @@ pub(crate) struct WarpedRay {
 
 impl Warped {
     /// Rays that count alike.
-    pub const EVEN: Warped = Warped { weights: [1.0; FAN], cells: [0; FAN], offsets: [Rgb::ZERO; FAN] };
+    pub(crate) const EVEN: Warped = Warped { weights: [1.0; FAN], cells: [0; FAN], offsets: [Rgb::ZERO; FAN] };
 }
 
 impl GuidingDensity {
     /// The density of cells by numbers of any mean above 0, and expected light, row by row.
-    pub fn new(density: &[f32; CELLS * CELLS], expected: [Rgb; CELLS * CELLS]) -> GuidingDensity {
+    pub(crate) fn new(density: &[f32; CELLS * CELLS], expected: [Rgb; CELLS * CELLS]) -> GuidingDensity {
         let mean = density.iter().sum::<f32>() / (CELLS * CELLS) as f32;
         let g = |k: usize| FLOOR + (1.0 - FLOOR) * density[k] / mean;
         let sums = |row: usize| until(|cell| g(row * CELLS + cell));
@@ -357,7 +357,7 @@ impl GuidingDensity {
     }
 
     /// Warps points of the square; tells the weight of each and the cell that it comes to lie in.
-    pub fn warp(&self, u: &mut [f32; FAN], v: &mut [f32; FAN]) -> Warped {
+    pub(crate) fn warp(&self, u: &mut [f32; FAN], v: &mut [f32; FAN]) -> Warped {
         let mut warped = Warped::EVEN;
         for k in 0..FAN {
             let one = self.warp_one(&mut u[k], &mut v[k]);
@@ -368,7 +368,7 @@ impl GuidingDensity {
 
     /// Warps one point of the square.
     #[inline]
-    pub fn warp_one(&self, u: &mut f32, v: &mut f32) -> WarpedRay {
+    pub(crate) fn warp_one(&self, u: &mut f32, v: &mut f32) -> WarpedRay {
         let row = step(&self.rows, v);
         let cell = step(&self.cells[row.at], u);
         let weight = row.weight * cell.weight;

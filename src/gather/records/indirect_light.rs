@@ -44,7 +44,7 @@ pub(crate) struct PixelIndirect {
 
 impl IndirectLight {
     /// One pixel in `step`, in every row and column; the others stay dark.
-    pub fn new(pixels: &[Pixel], cache: &IrradianceCache, step: usize) -> IndirectLight {
+    pub(crate) fn new(pixels: &[Pixel], cache: &IrradianceCache, step: usize) -> IndirectLight {
         let width = cache.light.lattice.width();
         let reflected = |fitted: &mut Fitted, k: usize| {
             let chosen = skewed(k, width) % step == step / 2;
@@ -55,13 +55,13 @@ impl IndirectLight {
     }
 
     /// States the squared error of the fit, summed over the pixels that see no luminaire.
-    pub fn biased_by(mut self, misfit: f64) -> IndirectLight {
+    pub(crate) fn biased_by(mut self, misfit: f64) -> IndirectLight {
         self.misfit = positive(misfit);
         self
     }
 
     /// The noise of the indirect light and the light itself, over the pixels that were gathered.
-    pub fn measure(&self, pixels: &[Pixel]) -> Measured {
+    pub(crate) fn measure(&self, pixels: &[Pixel]) -> Measured {
         let mut sums = Measured::default();
         let seen = self.pixels.iter().zip(pixels);
         for (light, pixel) in seen.filter(|(f, _)| !f.fields.is_empty()) {
@@ -72,7 +72,13 @@ impl IndirectLight {
     }
 
     /// Gives pixels more camera rays where the light now gathered varies within them.
-    pub fn sharpen(&mut self, camera_rays: &CameraRays, pixels: &mut [Pixel], cache: &IrradianceCache, plan: &Plan) {
+    pub(crate) fn sharpen(
+        &mut self,
+        camera_rays: &CameraRays,
+        pixels: &mut [Pixel],
+        cache: &IrradianceCache,
+        plan: &Plan,
+    ) {
         for (pixel, light) in pixels.iter_mut().zip(&self.pixels) {
             pixel.light.ambient = light.ambient;
         }
@@ -90,7 +96,7 @@ impl IndirectLight {
     }
 
     /// The pictures of all parts, with their errors.
-    pub fn assemble(&self, pixels: &[Pixel], fields: &Fields, view: &View) -> Gathered {
+    pub(crate) fn assemble(&self, pixels: &[Pixel], fields: &Fields, view: &View) -> Gathered {
         let own = |k: usize| self.pixels.get(k);
         let variance = |k: usize| own(k).map_or(DVec3::ZERO, |p| p.variance);
         let picture = |value: &dyn Fn(usize) -> DVec3| drawn(view, value);

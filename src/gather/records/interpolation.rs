@@ -52,7 +52,7 @@ pub(crate) struct Fit {
 
 impl Fit {
     /// Begins a fit at a place.
-    pub fn begin(&mut self, at: &Place) {
+    pub(crate) fn begin(&mut self, at: &Place) {
         self.terms.clear();
         self.coefficients.clear();
         self.unit = 0.0;
@@ -63,7 +63,7 @@ impl Fit {
 
     /// Adds record k, unless it is too far from the place, off its plane, or looks another way.
     #[inline]
-    pub fn consider(&mut self, at: &Place, k: u32, support: &Support) {
+    pub(crate) fn consider(&mut self, at: &Place, k: u32, support: &Support) {
         let d = support.place.position - at.position;
         let nearness = 1.0 - d.length_squared() / (support.radius * support.radius);
         if nearness <= 0.0
@@ -81,7 +81,7 @@ impl Fit {
     }
 
     /// Solves for the value in the middle, the first row of the inverse of the normal equations; false without records.
-    pub fn solve(&mut self) -> bool {
+    pub(crate) fn solve(&mut self) -> bool {
         let mut normal = DMat3::ZERO;
         for (_, w, b) in &self.terms {
             normal += DMat3::from_cols(*b * b.x, *b * b.y, *b * b.z) * *w;
@@ -99,7 +99,7 @@ impl Fit {
     }
 
     /// Replaces a fit that leaves more than `most` of a record's variance, as it extrapolates, by the mean.
-    pub fn settle(&mut self, most: f64) {
+    pub(crate) fn settle(&mut self, most: f64) {
         if self.coefficients.len() > 1 && self.variance() > most {
             self.flat = true;
             let terms = self.terms.iter();
@@ -109,7 +109,7 @@ impl Fit {
     }
 
     /// Coefficients of the change of the fitted value over a step; none where the fit is a mean.
-    pub fn change(&self, step: DVec3) -> impl Iterator<Item = (u32, f64)> {
+    pub(crate) fn change(&self, step: DVec3) -> impl Iterator<Item = (u32, f64)> {
         let [u, v] = self.axes.map(|axis| step.dot(axis) / self.unit.max(f64::MIN_POSITIVE));
         let row = self.inverse.y_axis * u + self.inverse.z_axis * v;
         let terms = if self.flat { &[][..] } else { &self.terms };
@@ -117,19 +117,19 @@ impl Fit {
     }
 
     /// The value is 0.
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.flat = true;
         self.coefficients.clear();
     }
 
     /// Takes one record's value as it is.
-    pub fn take(&mut self, record: u32) {
+    pub(crate) fn take(&mut self, record: u32) {
         self.clear();
         self.coefficients.push((record, 1.0));
     }
 
     /// Variance left of records of equal variance.
-    pub fn variance(&self) -> f64 {
+    pub(crate) fn variance(&self) -> f64 {
         self.coefficients.iter().map(|(_, s)| s * s).sum()
     }
 }

@@ -59,7 +59,7 @@ pub(crate) struct IrradianceCache<'a> {
 
 impl<'a> IrradianceCache<'a> {
     /// A cache without records, for the layers that pixels see.
-    pub fn new(
+    pub(crate) fn new(
         camera_rays: &'a CameraRays<'a>,
         final_gather: &'a FinalGather<'a>,
         density: Density,
@@ -83,7 +83,7 @@ impl<'a> IrradianceCache<'a> {
     }
 
     /// Adds records until every layer of every pixel is covered.
-    pub fn place(&mut self, pixels: &[Pixel]) {
+    pub(crate) fn place(&mut self, pixels: &[Pixel]) {
         let mut spacing = self.density.spacing;
         loop {
             let own: Vec<usize> = self.light.lattice.pixels(spacing).collect();
@@ -122,7 +122,7 @@ impl<'a> IrradianceCache<'a> {
     }
 
     /// Adds a record without rays for layer l of pixel k, and returns its number.
-    pub fn add(&mut self, k: usize, l: usize, pixel: &Pixel, spacing: usize) -> u32 {
+    pub(crate) fn add(&mut self, k: usize, l: usize, pixel: &Pixel, spacing: usize) -> u32 {
         let number = self.records.len() as u32;
         let seed = hash(k as u32, hash(l as u32, self.density.seed));
         let site = Site { pixel: k, camera_count: pixel.count, spacing, seed };
@@ -138,7 +138,7 @@ impl<'a> IrradianceCache<'a> {
     }
 
     /// Casts rays from the records after `first` until each half has as many as `wanted` says of each of them.
-    pub fn cast_from(&mut self, first: usize, wanted: impl Fn(usize) -> u32 + Sync) {
+    pub(crate) fn cast_from(&mut self, first: usize, wanted: impl Fn(usize) -> u32 + Sync) {
         self.caster.extend(&mut self.records[first..], wanted);
         self.light.settle(&self.records, first, &self.density);
     }
@@ -146,7 +146,7 @@ impl<'a> IrradianceCache<'a> {
     /// Irradiance over pi at layer l of pixel k, every field in both halves, as the `values` of `fitted`.
     ///
     /// Returns the changes of that of the picture from the middle to the mean point of each half of the camera rays.
-    pub fn at(&self, fitted: &mut Fitted, k: usize, l: usize, layer: &Layer) -> [DVec3; 2] {
+    pub(crate) fn at(&self, fitted: &mut Fitted, k: usize, l: usize, layer: &Layer) -> [DVec3; 2] {
         self.fit_layer(&mut fitted.fit, k, l, layer);
         self.light.evaluate(fitted);
         [0, 1].map(|half| {
@@ -157,7 +157,7 @@ impl<'a> IrradianceCache<'a> {
 
     /// Fits layer l of pixel k; takes a mean where the fit extrapolates, and a single record where none is valid or the
     /// layer is alone.
-    pub fn fit_layer(&self, fit: &mut Fit, k: usize, l: usize, layer: &Layer) {
+    pub(crate) fn fit_layer(&self, fit: &mut Fit, k: usize, l: usize, layer: &Layer) {
         let own = self.layers.of(k, l);
         if let OwnRecord::Alone(record) = own {
             return fit.take(record);
@@ -196,7 +196,7 @@ pub(crate) struct RecordedLight {
 
 impl RecordedLight {
     /// Fits the records around pixel k at a place; false where none is valid there.
-    pub fn fit(&self, fit: &mut Fit, k: usize, at: &Place) -> bool {
+    pub(crate) fn fit(&self, fit: &mut Fit, k: usize, at: &Place) -> bool {
         fit.begin(at);
         self.lattice.visit(k, |i| fit.consider(at, i, &self.supports[i as usize]));
         fit.solve()
@@ -245,7 +245,7 @@ impl RecordedLight {
     }
 
     /// Irradiance over pi of a record: every field in both halves.
-    pub fn means(&self, i: usize) -> &[[DVec3; 2]] {
+    pub(crate) fn means(&self, i: usize) -> &[[DVec3; 2]] {
         &self.values[i * self.fields..(i + 1) * self.fields]
     }
 
@@ -256,7 +256,7 @@ impl RecordedLight {
     }
 
     /// The sum of the fields that make the picture in both halves, of values of every field.
-    pub fn total(&self, values: &[[DVec3; 2]]) -> [DVec3; 2] {
+    pub(crate) fn total(&self, values: &[[DVec3; 2]]) -> [DVec3; 2] {
         [0, 1].map(|half| values[..self.picture_fields].iter().map(|m| m[half]).sum())
     }
 }
@@ -281,7 +281,7 @@ pub(crate) enum OwnRecord {
 
 impl OwnRecord {
     /// Its number.
-    pub fn number(self) -> Option<u32> {
+    pub(crate) fn number(self) -> Option<u32> {
         match self {
             OwnRecord::None => None,
             OwnRecord::Shared(record) | OwnRecord::Alone(record) => Some(record),
@@ -299,24 +299,24 @@ impl LayerRecords {
     }
 
     /// Layers of all pixels.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.own.len()
     }
 
     /// The number of layer l of pixel k, of all.
-    pub fn number(&self, k: usize, l: usize) -> usize {
+    pub(crate) fn number(&self, k: usize, l: usize) -> usize {
         self.starts[k] + l
     }
 
     /// The record of layer l of pixel k.
-    pub fn of(&self, k: usize, l: usize) -> OwnRecord {
+    pub(crate) fn of(&self, k: usize, l: usize) -> OwnRecord {
         let own = &self.own[self.starts[k]..self.starts[k + 1]];
         // Layers that later camera rays met follow those that records were placed for.
         own.get(l).copied().unwrap_or(OwnRecord::None)
     }
 
     /// Sets the record of layer l of pixel k.
-    pub fn set(&mut self, k: usize, l: usize, own: OwnRecord) {
+    pub(crate) fn set(&mut self, k: usize, l: usize, own: OwnRecord) {
         let number = self.number(k, l);
         self.own[number] = own;
     }

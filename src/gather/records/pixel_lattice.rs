@@ -38,7 +38,7 @@ struct Level {
 
 impl Lattice {
     /// Empty lattices of `spacing` and its halves down to 1.
-    pub fn new(spacing: usize, width: usize, height: usize) -> Lattice {
+    pub(crate) fn new(spacing: usize, width: usize, height: usize) -> Lattice {
         let spacings = std::iter::successors(Some(spacing), |s| (*s > 1).then_some(s / 2));
         let level = |spacing: usize| {
             let tile = spacing.max(LEAST_TILE);
@@ -49,12 +49,12 @@ impl Lattice {
     }
 
     /// Pixels across.
-    pub fn width(&self) -> usize {
+    pub(crate) fn width(&self) -> usize {
         self.width
     }
 
     /// The pixels on the lattice of one spacing, in order.
-    pub fn pixels(&self, spacing: usize) -> impl Iterator<Item = usize> {
+    pub(crate) fn pixels(&self, spacing: usize) -> impl Iterator<Item = usize> {
         let (width, height) = (self.width, self.height);
         // A picture smaller than the spacing still has a pixel on it.
         let first = move |length: usize| (spacing / 2).min(length.saturating_sub(1));
@@ -64,7 +64,7 @@ impl Lattice {
     }
 
     /// Adds the next record, number `record`, at pixel k.
-    pub fn insert(&mut self, spacing: usize, k: usize, record: u32) {
+    pub(crate) fn insert(&mut self, spacing: usize, k: usize, record: u32) {
         debug_assert_eq!(record as usize, self.pixels.len());
         let (x, y) = (k % self.width, k / self.width);
         self.pixels.push(k as u32);
@@ -74,13 +74,13 @@ impl Lattice {
     }
 
     /// The pixel of a record.
-    pub fn pixel_of(&self, record: u32) -> usize {
+    pub(crate) fn pixel_of(&self, record: u32) -> usize {
         self.pixels[record as usize] as usize
     }
 
     /// Visits the records of every lattice near pixel k.
     #[inline]
-    pub fn visit(&self, k: usize, mut visit: impl FnMut(u32)) {
+    pub(crate) fn visit(&self, k: usize, mut visit: impl FnMut(u32)) {
         let (x, y) = (k % self.width, k / self.width);
         for level in &self.levels {
             let reach = AROUND * level.spacing;

@@ -124,19 +124,19 @@ impl Record {
     }
 
     /// Harmonic mean distance to its surroundings; infinite where its rays meet nothing.
-    pub fn surroundings(&self) -> f64 {
+    pub(crate) fn surroundings(&self) -> f64 {
         f64::from(2 * self.rays) / self.nearness
     }
 
     /// Irradiance over pi of both halves, field by field.
-    pub fn means(&self) -> impl Iterator<Item = [DVec3; 2]> {
+    pub(crate) fn means(&self) -> impl Iterator<Item = [DVec3; 2]> {
         let share = 1.0 / f64::from(self.rays);
         let [a, b] = &self.sums;
         a.iter().zip(b).map(move |(a, b)| [*a * share, *b * share])
     }
 
     /// Where it is.
-    pub fn place(&self) -> Place {
+    pub(crate) fn place(&self) -> Place {
         Place { position: self.middle(), ..self.layer.place() }
     }
 
@@ -163,7 +163,7 @@ pub(crate) struct RecordCaster<'a> {
 
 impl<'a> RecordCaster<'a> {
     /// Casts rays of records; those within so many pixels share a guiding density, if there are any to share.
-    pub fn new(
+    pub(crate) fn new(
         camera_rays: &'a CameraRays<'a>,
         final_gather: &'a FinalGather<'a>,
         tile: Option<usize>,
@@ -174,7 +174,7 @@ impl<'a> RecordCaster<'a> {
     }
 
     /// A record of a layer, without rays.
-    pub fn record(&mut self, layer: &Layer, site: Site) -> Record {
+    pub(crate) fn record(&mut self, layer: &Layer, site: Site) -> Record {
         let camera = self.camera_rays.view.scene.camera.position.as_dvec3();
         let none = || vec![DVec3::ZERO; self.final_gather.count()];
         Record {
@@ -189,7 +189,7 @@ impl<'a> RecordCaster<'a> {
     }
 
     /// Casts rays from records until each half has as many as `wanted` says of each of them.
-    pub fn extend(&mut self, records: &mut [Record], wanted: impl Fn(usize) -> u32 + Sync) {
+    pub(crate) fn extend(&mut self, records: &mut [Record], wanted: impl Fn(usize) -> u32 + Sync) {
         let shared = Loop::weighed(records.len(), |i| f64::from(wanted(i).saturating_sub(records[i].rays)));
         if let Some(guiding) = &mut self.guiding {
             guiding.update(&shared);

@@ -53,7 +53,7 @@ pub(crate) struct RecordRounds<'a, 'b> {
 
 impl<'a, 'b> RecordRounds<'a, 'b> {
     /// Rounds for a picture whose error relative to itself may be `error`, camera rays among it.
-    pub fn new(cache: &'a mut IrradianceCache<'b>, pixels: &'a [Pixel], error: f64) -> RecordRounds<'a, 'b> {
+    pub(crate) fn new(cache: &'a mut IrradianceCache<'b>, pixels: &'a [Pixel], error: f64) -> RecordRounds<'a, 'b> {
         let Measured { variance, signal, count } = measure(pixels);
         let all = error * error * signal;
         let allowed = (all - variance).max(0.25 * all);
@@ -62,7 +62,7 @@ impl<'a, 'b> RecordRounds<'a, 'b> {
 
     /// Casts rays and parts places until noise and bias are small enough, time is over, or noise does not fall; returns
     /// the squared error of the fit beyond noise, summed over the pixels.
-    pub fn run(mut self, plan: &Plan) -> f64 {
+    pub(crate) fn run(mut self, plan: &Plan) -> f64 {
         let mut began = Instant::now();
         let [mut judged, last] = JUDGED;
         let mut before = f64::INFINITY;

@@ -85,12 +85,12 @@ pub(crate) struct Division {
 
 impl Division {
     /// Rays of a patch at first.
-    pub fn first_rays(tolerance: f64) -> u32 {
+    pub(crate) fn first_rays(tolerance: f64) -> u32 {
         ((RAYS.0 * (0.02 / tolerance).min(1.0)) as u32).max(RAYS.1)
     }
 
     /// Follows the first paths, from a solution whose rough picture is given.
-    pub fn new(task: &Task, solved: &Solved, rough: &Rough, spent: &mut Spent) -> Division {
+    pub(crate) fn new(task: &Task, solved: &Solved, rough: &Rough, spent: &mut Spent) -> Division {
         let tolerance = task.goal.tolerance;
         let each = ((EACH.0 * 0.02 / tolerance) as u32).clamp(EACH.1, EACH.2);
         let bright = brightness(&rough.gathered);
@@ -112,13 +112,13 @@ impl Division {
     }
 
     /// Rays of a patch in the next round, after so many in this.
-    pub fn rays(&self, rays: u32) -> u32 {
+    pub(crate) fn rays(&self, rays: u32) -> u32 {
         if self.more > 1.0 { ((f64::from(rays) * self.more) as u32).min(RAYS.2) } else { rays }
     }
 
     /// Begins a round: samples of the light that a solution has on the patches of the mesh. The solution leaves a
     /// squared error, and is kept if none before is better.
-    pub fn samples(
+    pub(crate) fn samples(
         &mut self,
         task: &Task,
         solved: Solved,
@@ -146,7 +146,7 @@ impl Division {
 
     /// What is to be done with a solution on divided patches, of so many rays. Where none of the rounds is good enough
     /// the best solution is returned, the one before the first among them.
-    pub fn judge(
+    pub(crate) fn judge(
         &mut self,
         task: &Task,
         rays: u32,

@@ -52,7 +52,7 @@ pub(crate) struct PictureCost {
 impl PictureCost {
     /// The cost of a requested picture, from the error of a rough one of the same light and the price of hemisphere
     /// rays.
-    pub fn new(rough: &Rough, goal: &PictureGoal, price: f64) -> PictureCost {
+    pub(crate) fn new(rough: &Rough, goal: &PictureGoal, price: f64) -> PictureCost {
         let Rough { gathered, camera, camera_ray } = rough;
         PictureCost { camera_ray: *camera_ray, ..PictureCost::of(&gathered.error, *camera, goal, price) }
     }
@@ -71,14 +71,14 @@ impl PictureCost {
     }
 
     /// What a picture takes with a squared error of the light, relative to the picture.
-    pub fn priced(&self, squared: f64) -> Priced {
+    pub(crate) fn priced(&self, squared: f64) -> Priced {
         let own = self.beside(squared);
         if squared <= (LIGHT * self.tolerance).powi(2) { own } else { Priced { rays: f64::INFINITY, ..own } }
     }
 
     /// By how many times more rays F is worth casting with, which `took` some and left `noise` relative to the picture:
     /// they are few next to those of a gather pass that makes up for it.
-    pub fn denser(&self, took: f64, noise: f64) -> u32 {
+    pub(crate) fn denser(&self, took: f64, noise: f64) -> u32 {
         let all = |times: u32| f64::from(times) * took + self.beside(noise * noise / f64::from(times)).rays;
         let times = (0..=DENSER).map(|k| 1 << k);
         times.min_by(|&a, &b| all(a).total_cmp(&all(b))).expect("1 is among them")

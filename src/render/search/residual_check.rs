@@ -56,7 +56,7 @@ pub(crate) struct Check {
 
 impl Check {
     /// Of a solution whose rough picture is given.
-    pub fn new(solved: &Solved, goal: &PictureGoal, rough: &Gathered) -> Check {
+    pub(crate) fn new(solved: &Solved, goal: &PictureGoal, rough: &Gathered) -> Check {
         let bright = brightness(rough);
         let bright = Brightness { values: &bright, size: rough_size(goal.size) };
         let pixels = SampledPixels::new(&solved.view(goal), bright, Purpose::SampledPixels.seed(goal.seed));
@@ -64,7 +64,7 @@ impl Check {
     }
 
     /// Errors are relative to the signal of this rough picture from now on.
-    pub fn compare_with(&mut self, rough: &Gathered) {
+    pub(crate) fn compare_with(&mut self, rough: &Gathered) {
         self.signal = rough.error.signal.powi(2);
     }
 
@@ -72,7 +72,7 @@ impl Check {
     /// tolerable.
     ///
     /// Where the light is to be accepted more paths are followed until the error is certain.
-    pub fn find(&mut self, solved: &Solved, goal: &PictureGoal, accept: bool, spent: &mut Spent) -> Finding {
+    pub(crate) fn find(&mut self, solved: &Solved, goal: &PictureGoal, accept: bool, spent: &mut Spent) -> Finding {
         if self.signal == 0.0 {
             return Finding::Agrees;
         }
@@ -89,7 +89,13 @@ impl Check {
 
     /// The squared error of a solution, relative to the picture's square, from so many paths at most; no
     /// more of them where there is no time.
-    pub fn measure(&mut self, solved: &Solved, goal: &PictureGoal, most: usize, spent: &mut Spent) -> SquaredError {
+    pub(crate) fn measure(
+        &mut self,
+        solved: &Solved,
+        goal: &PictureGoal,
+        most: usize,
+        spent: &mut Spent,
+    ) -> SquaredError {
         let certain = self.signal * (SURE * goal.tolerance).powi(2);
         let most = if goal.is_late() { 0 } else { most };
         let effort = SamplingGoal { wanted: certain, most, deadline: goal.deadline };
@@ -102,12 +108,12 @@ impl Check {
     }
 
     /// What a gather ray takes until it has read, in rays.
-    pub fn price(&self, solved: &Solved) -> f64 {
+    pub(crate) fn price(&self, solved: &Solved) -> f64 {
         self.pixels.price(solved.patches(), &solved.fields)
     }
 
     /// The squared error of the solution judged last, less a standard error.
-    pub fn squared(&self) -> f64 {
+    pub(crate) fn squared(&self) -> f64 {
         self.found.lower()
     }
 
@@ -133,7 +139,7 @@ impl Check {
 
     /// States the error of the light as rays read it, the larger of what the two levels of patches say and of the
     /// pixels sampled last, with their standard error; and what camera rays are to make of the rest.
-    pub fn confirm(&mut self, solved: &mut Solved, goal: &PictureGoal, rough: &Rough, spent: &mut Spent) {
+    pub(crate) fn confirm(&mut self, solved: &mut Solved, goal: &PictureGoal, rough: &Rough, spent: &mut Spent) {
         if self.signal == 0.0 {
             return;
         }

@@ -156,7 +156,7 @@ impl Solved {
     ///
     /// # Errors
     /// [`Diverges`] where the spectral radius is not proved to be below 1.
-    pub fn new(p: &Discretization, task: &Task, rays: u32) -> Result<(Solved, Spent), Diverges> {
+    pub(crate) fn new(p: &Discretization, task: &Task, rays: u32) -> Result<(Solved, Spent), Diverges> {
         let (two, mut spent) = TwoSolutions::new(p, task, rays)?;
         let error = ErrorParts { truncation: two.solutions[0].truncation(), ..ErrorParts::default() };
         let TwoSolutions { modes: [mode, second], solutions: [solution, other], coarse } = two;
@@ -232,22 +232,22 @@ pub(crate) fn half_of(rays: u32, seed: u32, half: u32) -> Sampling {
 
 impl Solved {
     /// The patches it is on.
-    pub fn patches(&self) -> &Patches {
+    pub(crate) fn patches(&self) -> &Patches {
         self.mode.patches()
     }
 
     /// The view of a small picture.
-    pub fn rough_view(&self, goal: &PictureGoal) -> View<'_> {
+    pub(crate) fn rough_view(&self, goal: &PictureGoal) -> View<'_> {
         View::new(&self.mode.lights, rough_size(goal.size))
     }
 
     /// The view of the picture.
-    pub fn view(&self, goal: &PictureGoal) -> View<'_> {
+    pub(crate) fn view(&self, goal: &PictureGoal) -> View<'_> {
         View::new(&self.mode.lights, goal.size)
     }
 
     /// A small picture, enough to estimate the errors of the fields.
-    pub fn rough(&self, goal: &PictureGoal, watch: &dyn Watch) -> Rough {
+    pub(crate) fn rough(&self, goal: &PictureGoal, watch: &dyn Watch) -> Rough {
         let (mut camera, mut rays) = (ROUGH_CAMERA, 0);
         loop {
             let sampling = GatherSampling { camera, luminaire: 1, hemisphere: ROUGH_RAYS / camera, seed: goal.seed };
@@ -267,7 +267,7 @@ impl Solved {
 
     /// Finds from how near the light of each patch may be read, and returns the rays cast. Errors of patch light
     /// itself, which show whether patches are to be divided, are measured before.
-    pub fn set_nearest(&mut self, goal: &PictureGoal) -> u64 {
+    pub(crate) fn set_nearest(&mut self, goal: &PictureGoal) -> u64 {
         let (nearest, cast) = nearest_read(&self.rough_view(goal), &self.fields, goal.seed);
         self.fields = std::mem::take(&mut self.fields).not_read_nearer(nearest);
         cast
@@ -275,7 +275,7 @@ impl Solved {
 
     /// The fields that the picture is gathered from, and the powers of emitters whose light is kept apart; the rough
     /// picture has shown the errors of the other fields.
-    pub fn picture_fields(&self) -> (Fields, Vec<EmitterPower>) {
+    pub(crate) fn picture_fields(&self) -> (Fields, Vec<EmitterPower>) {
         let fields = self.fields.picture_only();
         match &self.other {
             Some((second, other)) if !self.apart.is_nothing() => {
@@ -286,7 +286,7 @@ impl Solved {
     }
 
     /// Takes the errors of F and of patch size from a picture.
-    pub fn set_errors(&mut self, gathered: &Gathered) {
+    pub(crate) fn set_errors(&mut self, gathered: &Gathered) {
         self.signal = gathered.error.signal;
         if let [noise, coarse] = gathered.auxiliary_rms[..] {
             self.error.form_factors = gathered.error.share(noise);
@@ -295,7 +295,7 @@ impl Solved {
     }
 
     /// Takes the squared error of the light as it is read, relative to the picture's: noise of F, truncation, all else.
-    pub fn state(&mut self, squared: f64) {
+    pub(crate) fn state(&mut self, squared: f64) {
         let noise = self.error.form_factors.min(squared.sqrt());
         let left = (squared - noise * noise).max(0.0);
         let truncation = self.error.truncation.min(left.sqrt());
@@ -305,7 +305,7 @@ impl Solved {
     }
 
     /// What is rendered, with its errors.
-    pub fn finish(mut self, gathered: Gathered, spent: Spent) -> Rendered {
+    pub(crate) fn finish(mut self, gathered: Gathered, spent: Spent) -> Rendered {
         // A rough picture that came out too bright made the errors of the light too small relative to it.
         let over = self.signal / gathered.error.signal;
         if over.is_finite() && over > 1.0 {

@@ -129,7 +129,7 @@ impl Marks {
     }
 
     /// Whether one more cover would change nothing.
-    pub fn has(&self, covering: Covering) -> bool {
+    pub(super) fn has(&self, covering: Covering) -> bool {
         match covering {
             Covering::Whole => false,
             Covering::Back => self.is_backed,

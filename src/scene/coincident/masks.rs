@@ -48,7 +48,7 @@ pub(super) struct Made {
 
 impl Materials {
     /// What a piece of a face with marks is made of.
-    pub fn of(&mut self, scene: &Scene, face: u32, marks: &Marks) -> Made {
+    pub(super) fn of(&mut self, scene: &Scene, face: u32, marks: &Marks) -> Made {
         let material = scene.faces[face as usize].material;
         let own = coordinates(scene, face);
         let over: Vec<(u32, DAffine2)> = marks.masked.iter().map(|&mask| (mask, beyond(scene, face, mask))).collect();

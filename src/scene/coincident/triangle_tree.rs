@@ -41,7 +41,7 @@ struct Node {
 
 impl TriangleTree {
     /// Of triangles, counter-clockwise, of which none is inserted.
-    pub fn new(tiles: Vec<[DVec2; 3]>) -> TriangleTree {
+    pub(super) fn new(tiles: Vec<[DVec2; 3]>) -> TriangleTree {
         let leaves = tiles.len().div_ceil(LEAF).next_power_of_two();
         let middles: Vec<DVec2> = tiles.iter().map(|&tile| Bounds::of(tile).middle()).collect();
         let mut order: Vec<u32> = (0..tiles.len() as u32).collect();
@@ -61,7 +61,7 @@ impl TriangleTree {
     }
 
     /// Inserts a triangle, after all inserted before it in their order.
-    pub fn insert(&mut self, k: usize) {
+    pub(super) fn insert(&mut self, k: usize) {
         let mut node = self.nodes.len() / 2 + self.leaf[k] as usize;
         while node > 0 && self.nodes[node].first == NEVER {
             self.nodes[node].first = k as u32;
@@ -72,7 +72,7 @@ impl TriangleTree {
 
     /// One that is inserted, comes before a number, overlaps a polygon by more than rounding and is `wanted`: about the
     /// next to the polygon's middle.
-    pub fn find(&self, polygon: &[DVec2], before: usize, wanted: impl Fn(usize) -> bool) -> Option<usize> {
+    pub(super) fn find(&self, polygon: &[DVec2], before: usize, wanted: impl Fn(usize) -> bool) -> Option<usize> {
         let (around, leaves) = (Bounds::of(polygon.iter().copied()), self.nodes.len() / 2);
         let middle = around.middle();
         let mut remaining: SmallVec<[usize; 64]> = smallvec![1];

@@ -35,7 +35,7 @@ impl Layout {
 
 impl Data<'_> {
     /// All numbers of an accessor whose elements are of type `wanted`, one element after the other.
-    pub fn numbers(&self, index: Index<Accessor>, wanted: Type) -> Result<Vec<f64>, String> {
+    pub(super) fn numbers(&self, index: Index<Accessor>, wanted: Type) -> Result<Vec<f64>, String> {
         self.read(&self.root.accessors[index.value()], wanted).map_err(|what| format!("accessor {index}: {what}"))
     }
 

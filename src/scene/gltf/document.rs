@@ -208,7 +208,7 @@ pub(super) struct Ignored {
 
 impl Ignored {
     /// Counts one thing of a kind.
-    pub fn add(&mut self, kind: &'static str, name: &str) {
+    pub(super) fn add(&mut self, kind: &'static str, name: &str) {
         let known = self.kinds.iter().position(|(known, _)| *known == kind);
         let at = known.unwrap_or_else(|| {
             self.kinds.push((kind, Vec::new()));
@@ -221,7 +221,7 @@ impl Ignored {
     }
 
     /// `FILE: KIND (NAME, NAME), KIND (NAME): not modelled and ignored`; nothing where nothing was counted.
-    pub fn report(&self, file: &str, warnings: &mut Vec<String>) {
+    pub(super) fn report(&self, file: &str, warnings: &mut Vec<String>) {
         if self.kinds.is_empty() {
             return;
         }

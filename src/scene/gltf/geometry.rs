@@ -43,7 +43,7 @@ pub(super) struct Geometry<'a> {
 
 impl Geometry<'_> {
     /// Appends the meshes of all nodes to the soup, each node as an object.
-    pub fn take(&mut self, nodes: &[Placed]) -> Result<(), String> {
+    pub(super) fn take(&mut self, nodes: &[Placed]) -> Result<(), String> {
         self.check_size(nodes)?;
         for placed in nodes {
             let Some(mesh) = placed.node.mesh else { continue };

@@ -152,7 +152,7 @@ enum Source<'a> {
 
 impl<'a, 'r> Images<'a, 'r> {
     /// No image yet.
-    pub fn new(file: &'a str, data: &'a Data<'a>, reader: Reader<'r>) -> Images<'a, 'r> {
+    pub(super) fn new(file: &'a str, data: &'a Data<'a>, reader: Reader<'r>) -> Images<'a, 'r> {
         Images { file, data, reader, known: HashMap::new(), read: 0 }
     }
 
@@ -161,7 +161,7 @@ impl<'a, 'r> Images<'a, 'r> {
     ///
     /// # Errors
     /// A broken image.
-    pub fn texture(
+    pub(super) fn texture(
         &mut self,
         info: Option<&Info>,
         material: &str,

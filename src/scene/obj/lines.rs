@@ -24,28 +24,28 @@ pub(super) struct Statement<'a> {
 
 impl Statement<'_> {
     /// The first word.
-    pub fn keyword(&self) -> &str {
+    pub(super) fn keyword(&self) -> &str {
         self.text.split_whitespace().next().unwrap_or("")
     }
 
     /// What follows the keyword, spaces inside kept: names may hold spaces and `#`.
-    pub fn rest(&self) -> &str {
+    pub(super) fn rest(&self) -> &str {
         self.text.trim()[self.keyword().len()..].trim()
     }
 
     /// The words after the keyword, up to a trailing comment.
-    pub fn words(&self) -> impl Iterator<Item = &str> {
+    pub(super) fn words(&self) -> impl Iterator<Item = &str> {
         let words = self.text.split_whitespace().skip(1);
         words.take_while(|word| !word.starts_with('#'))
     }
 
     /// The name of a material: the rest, or [`NO_MATERIAL`] where there is none, as some exporters write it.
-    pub fn material(&self) -> &str {
+    pub(super) fn material(&self) -> &str {
         if self.rest().is_empty() { NO_MATERIAL } else { self.rest() }
     }
 
     /// The statement's name, such as after `mtllib`; an error where there is none.
-    pub fn name(&self, file: &str) -> Result<&str, SceneError> {
+    pub(super) fn name(&self, file: &str) -> Result<&str, SceneError> {
         match self.rest() {
             "" => Err(self.malformed(file, "a name", "none")),
             name => Ok(name),
@@ -53,19 +53,19 @@ impl Statement<'_> {
     }
 
     /// An error about the number or kind of this statement's values.
-    pub fn malformed(&self, file: &str, needed: &'static str, found: &str) -> SceneError {
+    pub(super) fn malformed(&self, file: &str, needed: &'static str, found: &str) -> SceneError {
         let (place, statement) = (Place::line(file, self.line), self.keyword().to_owned());
         SceneError::Malformed { place, statement, needed, found: found.to_owned() }
     }
 
     /// An error about a word that is no number.
-    pub fn not_a_number(&self, file: &str, word: &str) -> SceneError {
+    pub(super) fn not_a_number(&self, file: &str, word: &str) -> SceneError {
         let (place, statement) = (Place::line(file, self.line), self.keyword().to_owned());
         SceneError::NotANumber { place, statement, word: shorten(word) }
     }
 
     /// A finite number.
-    pub fn number(&self, file: &str, word: &str) -> Result<f64, SceneError> {
+    pub(super) fn number(&self, file: &str, word: &str) -> Result<f64, SceneError> {
         let value: f64 = word.parse().map_err(|_| self.not_a_number(file, word))?;
         let (place, statement) = (|| Place::line(file, self.line), || self.keyword().to_owned());
         let infinite = || SceneError::NotFinite { place: place(), statement: statement(), word: shorten(word) };
@@ -86,7 +86,7 @@ impl Latin {
     ///
     /// # Errors
     /// [`SceneError::NotUtf8`] for bytes that are not UTF-8 and hold a zero byte, as binary files do.
-    pub fn decode<'a>(&mut self, file: &str, bytes: &'a [u8]) -> Result<Cow<'a, str>, SceneError> {
+    pub(super) fn decode<'a>(&mut self, file: &str, bytes: &'a [u8]) -> Result<Cow<'a, str>, SceneError> {
         match decode(file, bytes) {
             Ok(text) => Ok(Cow::Borrowed(text)),
             Err(error) if bytes.contains(&0) => Err(error),
@@ -113,7 +113,7 @@ impl Latin {
     }
 
     /// One warning, where a line was counted.
-    pub fn report(&self, warnings: &mut Vec<String>) {
+    pub(super) fn report(&self, warnings: &mut Vec<String>) {
         self.lines.report(&self.file, "line", "line", "not UTF-8 text, read as Latin-1", warnings);
     }
 }

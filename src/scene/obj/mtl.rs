@@ -141,17 +141,17 @@ impl Entry {
     }
 
     /// Whether it has a `Kd`.
-    pub fn has_kd(&self) -> bool {
+    pub(super) fn has_kd(&self) -> bool {
         self.read.diffuse.is_some()
     }
 
     /// Whether it has a `Ke`.
-    pub fn has_ke(&self) -> bool {
+    pub(super) fn has_ke(&self) -> bool {
         self.read.emissive.is_some()
     }
 
     /// The material without its textures and its opacity.
-    pub fn material(&self) -> Material {
+    pub(super) fn material(&self) -> Material {
         let rgb = |value: [f64; 3]| DVec3::from_array(value).as_vec3();
         let specular = self.read.specular.map(rgb).filter(|specular| *specular != Rgb::ZERO);
         let exponent = self.read.shininess.unwrap_or(0.0) as f32;
@@ -164,12 +164,12 @@ impl Entry {
 impl Libraries {
     /// No materials yet; `Ks` and `Ns` are read where `highlights` are requested; `coloured` says whether vertices have
     /// colours.
-    pub fn new(highlights: bool, coloured: bool) -> Libraries {
+    pub(super) fn new(highlights: bool, coloured: bool) -> Libraries {
         Libraries { highlights, coloured, ..Libraries::default() }
     }
 
     /// Reads one library.
-    pub fn read(&mut self, file: &str, text: &str) -> Result<(), SceneError> {
+    pub(super) fn read(&mut self, file: &str, text: &str) -> Result<(), SceneError> {
         refuse_one_line(file, text, &["newmtl", "Kd", "Ke", "map_Kd"])?;
         let mut reading = Reading { file, highlights: self.highlights, ..Reading::default() };
         for statement in statements(text) {
@@ -187,12 +187,12 @@ impl Libraries {
     }
 
     /// The index of the material of that name.
-    pub fn find(&self, name: &str) -> Option<usize> {
+    pub(super) fn find(&self, name: &str) -> Option<usize> {
         self.index.get(name).copied()
     }
 
     /// Adds a grey that emits nothing, for a name that no library defines; its index.
-    pub fn add_grey(&mut self, name: &str, rho: f32) -> usize {
+    pub(super) fn add_grey(&mut self, name: &str, rho: f32) -> usize {
         self.index.insert(name.to_owned(), self.entries.len());
         self.entries.push(Entry::new(name, 0, rho));
         self.entries.len() - 1

@@ -27,7 +27,7 @@ pub(super) struct Objects {
 
 impl Objects {
     /// Begins the object or group that an `o` or `g` names.
-    pub fn begin(&mut self, statement: &Statement) {
+    pub(super) fn begin(&mut self, statement: &Statement) {
         let name = Some(if statement.rest().is_empty() { DEFAULT } else { statement.rest() }.to_owned());
         (self.object, self.group) = match statement.keyword() {
             "o" => (name, None),
@@ -37,7 +37,7 @@ impl Objects {
     }
 
     /// The number of the current one, which has a face.
-    pub fn current(&mut self) -> usize {
+    pub(super) fn current(&mut self) -> usize {
         let Objects { keys, index, object, group, current } = self;
         *current.get_or_insert_with(|| {
             let key = key(object.as_deref(), group.as_deref());
@@ -49,7 +49,7 @@ impl Objects {
     }
 
     /// Their names, no two alike.
-    pub fn names(&self) -> Vec<String> {
+    pub(super) fn names(&self) -> Vec<String> {
         let mut own: HashMap<&str, u32> = HashMap::new();
         for key in &self.keys {
             *own.entry(last(key)).or_default() += 1;

@@ -231,7 +231,7 @@ impl Statements {
 
     /// Moves vertices and polygons into a soup, whose materials `used` has by the numbers of their names. Faces without
     /// a material take the one after the last.
-    pub fn fill(&mut self, soup: &mut Soup, used: &[usize]) {
+    pub(super) fn fill(&mut self, soup: &mut Soup, used: &[usize]) {
         soup.vertices = std::mem::take(&mut self.vertices);
         soup.corners = std::mem::take(&mut self.corners);
         soup.polygons = std::mem::take(&mut self.polygons);
@@ -243,7 +243,7 @@ impl Statements {
 
     /// Gives the corners of a soup texture coordinates. Corners of textured faces that name none, or one that is not
     /// there or not a number, take (0, 0), with a warning.
-    pub fn fill_coordinates(&self, soup: &mut Soup) {
+    pub(super) fn fill_coordinates(&self, soup: &mut Soup) {
         let at = |k: &u32| self.coordinates.get((*k as usize).wrapping_sub(1)).filter(|at| at.is_finite());
         let mut bare = Tally::default();
         for (own, polygon) in soup.ranges() {
@@ -258,7 +258,7 @@ impl Statements {
     }
 
     /// Gives the corners of a soup the colours of its vertices, NaN where there is none, if any vertex has one.
-    pub fn fill_colours(&self, soup: &mut Soup) {
+    pub(super) fn fill_colours(&self, soup: &mut Soup) {
         let at = |k: &u32| self.colours.get(*k as usize).map_or(Vec4::NAN, |colour| colour.extend(1.0));
         if !self.colours.is_empty() {
             soup.colours = soup.corners.iter().map(at).collect();
@@ -268,7 +268,7 @@ impl Statements {
 
 impl Tallies {
     /// Warns of what was passed over; `text` is all of the file, and `grey` what bare faces reflect.
-    pub fn report(&self, file: &str, text: &str, grey: &str, warnings: &mut Vec<String>) {
+    pub(super) fn report(&self, file: &str, text: &str, grey: &str, warnings: &mut Vec<String>) {
         let mut report =
             |tally: &Tally, noun, consequence: &str| tally.report(file, "line", noun, consequence, warnings);
         report(&self.ignored, "statement", "points, lines, curves and surfaces are not modelled");

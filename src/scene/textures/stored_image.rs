@@ -157,7 +157,7 @@ impl Image {
 impl Cells {
     /// The mean of the cell in column x and row y.
     #[inline]
-    pub fn at(&self, x: usize, y: usize) -> Vec3 {
+    pub(crate) fn at(&self, x: usize, y: usize) -> Vec3 {
         self.colours[y * self.width + x]
     }
 }

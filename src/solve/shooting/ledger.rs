@@ -44,7 +44,7 @@ struct Account {
 
 impl Ledger {
     /// All of the sources' E unshot, nothing received. `last` is at least 1.
-    pub fn new(surfaces: &Surfaces, emissions: &[&[Light]], last: usize) -> Ledger {
+    pub(crate) fn new(surfaces: &Surfaces, emissions: &[&[Light]], last: usize) -> Ledger {
         let emitted = |i: usize| emissions.iter().map(move |e| e[i].invisible.as_dvec3());
         let patch = |i: usize| Account { incident: vec![DVec3::ZERO; emissions.len()], unshot: emitted(i).collect() };
         let power = |(i, area): (usize, &f64)| PI * area * emitted(i).sum::<DVec3>().element_sum();
@@ -57,45 +57,45 @@ impl Ledger {
     }
 
     /// Unshot power of every patch, W.
-    pub fn power(&self) -> &[f64] {
+    pub(crate) fn power(&self) -> &[f64] {
         &self.power
     }
 
     /// The generations that light reached, those of E and KE at least.
-    pub fn generations(&self) -> usize {
+    pub(crate) fn generations(&self) -> usize {
         let slots = self.patches.iter().map(|own| own.incident.len()).max().unwrap_or(0);
         slots.div_ceil(self.sources.max(1)).max(2)
     }
 
     /// Generation 0 or a later one of what a patch shoots from a slot.
-    pub fn generation_of(&self, slot: usize) -> usize {
+    pub(crate) fn generation_of(&self, slot: usize) -> usize {
         slot / self.sources
     }
 
     /// Incident light of patch i in generation n of a source.
-    pub fn incident(&self, i: usize, source: usize, n: usize) -> DVec3 {
+    pub(crate) fn incident(&self, i: usize, source: usize, n: usize) -> DVec3 {
         self.patches[i].incident.get(n * self.sources + source).copied().unwrap_or_default()
     }
 
     /// Incident light of patch i and a source, generations 1 to the last.
-    pub fn all_incident(&self, i: usize, source: usize) -> impl Iterator<Item = &DVec3> {
+    pub(crate) fn all_incident(&self, i: usize, source: usize) -> impl Iterator<Item = &DVec3> {
         self.patches[i].incident.iter().skip(self.sources + source).step_by(self.sources.max(1))
     }
 
     /// Incident light of patch i that was reflected before, of all sources.
-    pub fn reflected(&self, i: usize) -> DVec3 {
+    pub(crate) fn reflected(&self, i: usize) -> DVec3 {
         self.patches[i].incident.iter().skip(2 * self.sources).sum()
     }
 
     /// Takes all that patch i has not shot.
-    pub fn take(&mut self, i: usize) -> Shot {
+    pub(crate) fn take(&mut self, i: usize) -> Shot {
         self.power[i] = 0.0;
         let taken = self.patches[i].unshot.iter_mut().map(std::mem::take).enumerate();
         taken.filter(|(_, l)| *l != DVec3::ZERO).collect()
     }
 
     /// Adds `F_ij L_j` of every column to its receivers, one generation later.
-    pub fn deposit(&mut self, surfaces: &Surfaces, columns: &[Column], shots: &[Shot]) {
+    pub(crate) fn deposit(&mut self, surfaces: &Surfaces, columns: &[Column], shots: &[Shot]) {
         let (last, sources) = (self.last, self.sources);
         let next = |slot: usize| if slot / sources < last { slot + sources } else { slot };
         let later: Vec<Shot> = shots.iter().map(|s| s.iter().map(|&(slot, l)| (next(slot), l)).collect()).collect();

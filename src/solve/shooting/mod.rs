@@ -25,7 +25,7 @@
 pub(crate) mod ledger;
 pub(crate) mod shooters;
 
-pub use shooters::{Column, Sender, Shooter};
+pub(crate) use shooters::{Column, Sender, Shooter};
 
 use std::borrow::Cow;
 
