@@ -108,6 +108,25 @@ enums! {
     PixelTexture { Unknown {}, One { 0: footprint }, Varied {} }
 }
 
+impl Serialize for Basis {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        let known = match self {
+            Basis::AllRays => (None, None),
+            Basis::Resampled(variance) => (Some(variance), None),
+            Basis::Chosen { unseen } => (None, Some(unseen)),
+        };
+        known.serialize(to)
+    }
+}
+
+impl<'de> Deserialize<'de> for Basis {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Basis, D::Error> {
+        let (resampled, unseen) = <(Option<DVec3>, Option<f64>)>::deserialize(from)?;
+        let chosen = || unseen.map_or(Basis::AllRays, |unseen| Basis::Chosen { unseen });
+        Ok(resampled.map_or_else(chosen, Basis::Resampled))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -127,24 +146,5 @@ mod tests {
         assert!(matches!(sent(&one), PixelTexture::One(own) if own.key == key && (own.face, own.extent) == (7, 0.25)));
         assert!(matches!(sent(&PixelTexture::Unknown), PixelTexture::Unknown));
         assert!(matches!(sent(&PixelTexture::Varied), PixelTexture::Varied));
-    }
-}
-
-impl Serialize for Basis {
-    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        let known = match self {
-            Basis::AllRays => (None, None),
-            Basis::Resampled(variance) => (Some(variance), None),
-            Basis::Chosen { unseen } => (None, Some(unseen)),
-        };
-        known.serialize(to)
-    }
-}
-
-impl<'de> Deserialize<'de> for Basis {
-    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Basis, D::Error> {
-        let (resampled, unseen) = <(Option<DVec3>, Option<f64>)>::deserialize(from)?;
-        let chosen = || unseen.map_or(Basis::AllRays, |unseen| Basis::Chosen { unseen });
-        Ok(resampled.map_or_else(chosen, Basis::Resampled))
     }
 }

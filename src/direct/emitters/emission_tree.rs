@@ -340,15 +340,16 @@ pub(crate) mod samples {
     use super::*;
     use crate::rays::sobol::hash;
 
-    pub const CORNERS: [DVec3; 3] = [DVec3::new(0.1, 0.0, 0.0), DVec3::new(1.3, 0.2, 0.1), DVec3::new(0.3, 1.1, -0.2)];
+    pub(crate) const CORNERS: [DVec3; 3] =
+        [DVec3::new(0.1, 0.0, 0.0), DVec3::new(1.3, 0.2, 0.1), DVec3::new(0.3, 1.1, -0.2)];
 
     /// A number of the unit interval.
-    pub fn uniform(k: u32, d: u32) -> f64 {
+    pub(crate) fn uniform(k: u32, d: u32) -> f64 {
         f64::from(hash(k, d) >> 8) / f64::from(1 << 24)
     }
 
     /// Positions and normals of receivers near and far, of which some see the triangle at their horizon.
-    pub fn receivers() -> impl Iterator<Item = (DVec3, DVec3)> {
+    pub(crate) fn receivers() -> impl Iterator<Item = (DVec3, DVec3)> {
         (0..200).map(|k| {
             let off = DVec3::new(uniform(k, 0), uniform(k, 1), 0.0) * 4.0 - DVec3::new(1.5, 1.5, 0.0);
             let normal = DVec3::new(uniform(k, 2), uniform(k, 3), uniform(k, 4)) * 2.0 - 1.0;

@@ -21,7 +21,8 @@ struct Shape<'a> {
     exact: &'a [[DVec3; 3]],
     sky: Option<Sky>,
     /// Of the corners of faces, where masks go by them.
-    coordinates: Option<(&'a [[Vec2; 3]], &'a [[Vec4; 3]])>,
+    coordinates: Option<&'a [[Vec2; 3]]>,
+    colours: Option<&'a [[Vec4; 3]]>,
 }
 
 impl Shape<'_> {
@@ -32,7 +33,8 @@ impl Shape<'_> {
             faces: scene.faces.iter().map(|face| (face.vertices, face.material)).collect(),
             exact: &scene.exact,
             sky: scene.sky,
-            coordinates: masked.then_some((&scene.coordinates, &scene.colours)),
+            coordinates: masked.then_some(&scene.coordinates),
+            colours: masked.then_some(&scene.colours),
         }
     }
 }
