@@ -40,7 +40,7 @@ pub struct Received {
     pub rays: u64,
 }
 
-/// Light of all luminaires summed over receivers, each weighted per channel (by rho, say).
+/// Light of all luminaires and punctual lights summed over receivers, each weighted per channel (by rho, say).
 #[derive(Default)]
 pub struct LightSum {
     /// Luminaires evaluated one by one.
@@ -111,10 +111,8 @@ impl Lights {
         let list = &self.luminaires.list;
         if list.len() <= ASKED {
             for (l, luminaire) in list.iter().enumerate() {
-                each(
-                    luminaire.emitter,
-                    self.sample_luminaire(self.seen_luminaire(l, patch), receiver, random, scratch),
-                );
+                let light = self.sample_luminaire(self.seen_luminaire(l, patch), receiver, random, scratch);
+                each(luminaire.emitter, light);
             }
             return;
         }
