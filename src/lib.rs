@@ -110,7 +110,7 @@
 //! let k = solver.operator(Mode::Global, Fineness { patches: 300, rays: 64 })?;
 //! let (own, summed) = (fixed_point(&k, 40), neumann(&k, &Settings::default())?.light);
 //! let apart = own.iter().zip(&summed).map(|(a, b)| (a.visible - b.visible).abs().max_element());
-//! assert!(apart.fold(0.0, f32::max) < 1e-2); // the lamp's is 17
+//! assert!(apart.fold(0.0, f32::max) < 1e-2); // the luminaire's is 17
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -118,9 +118,9 @@
 //!
 //! They stand in the order in which light flows through the code; each uses only those above it. [`light`] to
 //! [`surfaces`] say what there is, [`patches`] to [`solve`] put `L = E + K L` together and solve it, [`reading`] to
-//! [`gather`] look at the solution and estimate its error, and [`render`] has all of it as [`Solver`]. What is made of a
-//! solution (files, charts, pages, comparisons with a path tracer, the program) are crates of their own, which use what
-//! is public here.
+//! [`gather`] look at the solution and estimate its error, and [`render`] has all of it as [`Solver`]. What is made of
+//! a solution (files, charts, pages, comparisons with a path tracer, the program) are crates of their own, which use
+//! what is public here.
 
 #![forbid(unsafe_code)]
 #![deny(unreachable_pub)]

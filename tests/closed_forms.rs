@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec2};
 use halflight::Solver;
-use halflight::direct::{Between, DirectSum, Lamp, Occlusion, Scratch};
+use halflight::direct::{Between, DirectSum, Occlusion, Scratch, SeenLuminaire};
 use halflight::form_factors::point_to_polygon;
 use halflight::rays::sobol::Sobol;
 use halflight::surfaces::SurfacePoint;
@@ -48,8 +48,8 @@ fn direct_irradiance_of_the_cornell_box() {
             let draw =
                 (0..1024usize).map(|k| Vec2::new(sobol.point(k as u32, 0, seed), sobol.point(k as u32, 1, seed)));
             let mut sum = DirectSum::default();
-            let lamp = Lamp { luminaire, between: Between::Unknown };
-            lights.gather_luminaire(lamp, &receiver, DVec3::ONE, draw, &mut Scratch::default(), &mut sum);
+            let seen = SeenLuminaire { luminaire, between: Between::Unknown };
+            lights.gather_luminaire(seen, &receiver, DVec3::ONE, draw, &mut Scratch::default(), &mut sum);
             (unit * sum.estimate()).x
         };
         let found: Vec<f64> = (0..8).map(estimate).collect();

@@ -119,9 +119,9 @@ fn single_rays_agree_with_many(p: &Discretization) {
             let mut sum = DirectSum::default();
             let draws = (0..16384).map(|_| glam::Vec2::new(random.uniform(), random.uniform()));
             let draws: Vec<glam::Vec2> = draws.collect();
-            let (lamp, one) = (lights.lamp(l, patch as u32), glam::DVec3::ONE);
-            lights.gather_luminaire(lamp, &receiver, one, draws.into_iter(), &mut scratch, &mut sum);
-            many += sum.estimate() * lamp.luminaire.radiance.as_dvec3();
+            let (seen, one) = (lights.seen_luminaire(l, patch as u32), glam::DVec3::ONE);
+            lights.gather_luminaire(seen, &receiver, one, draws.into_iter(), &mut scratch, &mut sum);
+            many += sum.estimate() * seen.luminaire.radiance.as_dvec3();
         }
         for channel in 0..3 {
             let own: Vec<f64> = asked.iter().map(|light| light[channel]).collect();

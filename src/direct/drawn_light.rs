@@ -33,7 +33,7 @@ use glam::{DVec3, Vec2};
 use crate::direct::Luminaires;
 use crate::direct::emitters::shafts::Between;
 use crate::direct::lights::Lights;
-use crate::direct::luminaire_light::{DirectSum, Lamp, Scratch, point_for};
+use crate::direct::luminaire_light::{DirectSum, Scratch, SeenLuminaire, point_for};
 use crate::direct::many::light_cut::{LightCut, LightCuts, Seen, light};
 use crate::direct::many::light_tree::{LightTree, draw};
 use crate::light::shares::{self, Drawn};
@@ -60,11 +60,11 @@ impl LightCuts {
     ) -> DVec3 {
         let cut = self.of(patch as usize);
         let mut sum = self.visible(cut, &lights.luminaires, receiver);
-        for (number, lamp) in lamps(cut, &lights.luminaires) {
+        for (number, seen) in seen_luminaires(cut, &lights.luminaires) {
             let mut own = DirectSum::default();
             let point = std::iter::once(point_for(receiver.position, number));
-            lights.gather_luminaire(lamp, receiver, DVec3::ONE, point, scratch, &mut own);
-            sum += own.estimate() * lamp.luminaire.radiance.as_dvec3();
+            lights.gather_luminaire(seen, receiver, DVec3::ONE, point, scratch, &mut own);
+            sum += own.estimate() * seen.luminaire.radiance.as_dvec3();
         }
         sum + self.beyond(cut, lights, receiver, points, scratch)
     }
@@ -80,8 +80,8 @@ impl LightCuts {
     ) -> DVec3 {
         let cut = self.of(patch as usize);
         let mut sum = self.one_by_one(cut, &lights.luminaires, receiver, random);
-        for (_, lamp) in lamps(cut, &lights.luminaires) {
-            sum += lights.sample_luminaire(lamp, receiver, random, scratch);
+        for (_, seen) in seen_luminaires(cut, &lights.luminaires) {
+            sum += lights.sample_luminaire(seen, receiver, random, scratch);
         }
         let points: Vec<Vec2> = (0..cut.draws).map(|_| Vec2::new(random.uniform(), random.uniform())).collect();
         sum + self.beyond(cut, lights, receiver, points.into_iter(), scratch)
@@ -153,10 +153,13 @@ impl LightCuts {
 }
 
 /// The luminaires of a cut that keep their closed form, with their numbers.
-fn lamps<'a>(cut: &'a LightCut, luminaires: &'a Luminaires) -> impl Iterator<Item = (u32, Lamp<'a>)> {
+fn seen_luminaires<'a>(
+    cut: &'a LightCut,
+    luminaires: &'a Luminaires,
+) -> impl Iterator<Item = (u32, SeenLuminaire<'a>)> {
     cut.exact.iter().map(|(number, faces)| {
         let between = if faces.is_empty() { Between::Nothing } else { Between::Faces(faces) };
-        (*number, Lamp { luminaire: &luminaires.list[*number as usize], between })
+        (*number, SeenLuminaire { luminaire: &luminaires.list[*number as usize], between })
     })
 }
 
@@ -199,8 +202,8 @@ mod tests {
     const SIDE: u32 = 8;
     const COUNT: usize = (SIDE * SIDE) as usize;
 
-    /// A square grid of lamps that face down, and a cut that samples all of them with equal probabilities.
-    fn lamps(near: bool) -> (LightTree, LightCut) {
+    /// A square grid of luminaires that face down, and a cut that samples all of them with equal probabilities.
+    fn luminaires(near: bool) -> (LightTree, LightCut) {
         let glow = Material::new("glow", Rgb::ZERO, Rgb::ONE);
         let corner = |k: u32, (u, v): (f64, f64)| {
             DVec3::new(f64::from(k % SIDE) + 0.05 * u, f64::from(k / SIDE) + 0.05 * v, 0.0)
@@ -223,14 +226,14 @@ mod tests {
         (tree, LightCut { drawn, near, draws: 1, ..LightCut::default() })
     }
 
-    /// A point below one of the lamps, at a depth in units of their spacing.
-    fn below(tree: &LightTree, lamp: usize, depth: f64) -> SurfacePoint {
+    /// A point below one of the luminaires, at a depth in units of their spacing.
+    fn below(tree: &LightTree, luminaire: usize, depth: f64) -> SurfacePoint {
         let step = tree.nodes[0].center().distance(tree.nodes[1].center());
-        let position = tree.nodes[lamp].center() - DVec3::Z * (depth * step);
+        let position = tree.nodes[luminaire].center() - DVec3::Z * (depth * step);
         SurfacePoint { position: position.as_vec3(), normal: Vec3::Z, face: 0 }
     }
 
-    /// The probabilities of the lamps at a receiver, added up.
+    /// The probabilities of the luminaires at a receiver, added up.
     fn chances(cut: &LightCut, tree: &LightTree, receiver: &SurfacePoint) -> Vec<f64> {
         let mut until = Vec::new();
         add_up_chances(cut, tree, receiver, &mut until);
@@ -240,7 +243,7 @@ mod tests {
     #[test]
     fn nodes_are_drawn_with_their_probability() {
         const DRAWS: u32 = 1 << 16;
-        let (tree, cut) = lamps(true);
+        let (tree, cut) = luminaires(true);
         for depth in [0.03, 0.5, 20.0] {
             let until = chances(&cut, &tree, &below(&tree, cut.drawn[11].node, depth));
             let mut counts = [0.0; COUNT];
@@ -248,15 +251,15 @@ mod tests {
                 let choice = choose(&until, (i as f32 + 0.5) / DRAWS as f32);
                 counts[choice.index] += 1.0 / (choice.weight * f64::from(DRAWS));
             }
-            // A lamp is drawn a whole number of times, give or take one at each end.
+            // A luminaire is drawn a whole number of times, give or take one at each end.
             let off = counts.iter().map(|f| (f - 1.0).abs()).fold(0.0, f64::max);
             assert!(off < 4.0 * COUNT as f64 / f64::from(DRAWS), "{depth}: {off}");
         }
     }
 
     #[test]
-    fn a_lamp_close_by_is_drawn_as_often_as_it_counts() {
-        let (tree, cut) = lamps(true);
+    fn a_luminaire_close_by_is_drawn_as_often_as_it_counts() {
+        let (tree, cut) = luminaires(true);
         let receiver = below(&tree, cut.drawn[11].node, 0.1);
         let (x, n) = (receiver.position.as_dvec3(), DVec3::Z);
         let light = |k: usize| tree.nodes[cut.drawn[k].node].moments.light(x, n).element_sum();
@@ -265,15 +268,15 @@ mod tests {
         let until = chances(&cut, &tree, &receiver);
         for k in 0..COUNT {
             let chance = until[k] - if k == 0 { 0.0 } else { until[k - 1] };
-            // Half is the patch's; bounds of neighbouring lamps are loose.
+            // Half is the patch's; bounds of neighbouring luminaires are loose.
             assert!(chance > 0.3 * light(k) / all, "{k}: {chance} {}", light(k) / all);
         }
         assert!((until[COUNT - 1] - 1.0).abs() < 1e-12, "{}", until[COUNT - 1]);
     }
 
     #[test]
-    fn far_from_all_lamps_the_patch_decides() {
-        let (tree, cut) = lamps(false);
+    fn far_from_all_luminaires_the_patch_decides() {
+        let (tree, cut) = luminaires(false);
         let until = chances(&cut, &tree, &below(&tree, cut.drawn[11].node, 0.1));
         for k in 0..COUNT {
             let choice = choose(&until, (k as f32 + 0.25) / COUNT as f32);

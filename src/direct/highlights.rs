@@ -5,10 +5,10 @@
 //! ```
 //!
 //! L is light as emitted, by luminaires, other emitters and the sky; T the product of tau of what is crossed before.
-//! Lights without area enter by closed form times visibility. All other light is sampled by two techniques: a point on
+//! Punctual lights enter by closed form times visibility. All other light is sampled by two techniques: a point on
 //! a luminaire, chosen by power and uniform in area, and a direction drawn from the lobe, which also meets emitters
 //! that are no luminaires. Both are weighted by the power heuristic (E. Veach, *Robust Monte Carlo methods for light
-//! transport simulation*, 1997), for small lamps and narrow lobes alike.
+//! transport simulation*, 1997), for small luminaires and narrow lobes alike.
 //!
 //! Not handled: highlights of light that was reflected before; drawing among many luminaires by their distance.
 

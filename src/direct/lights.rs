@@ -1,5 +1,5 @@
-//! The lights of a scene under one choice of (alpha, tau): luminaires, lights without area, and the occluders between
-//! them and the patches.
+//! The luminaires and punctual lights of a scene under one choice of (alpha, tau), and the occluders between them and
+//! the patches.
 //!
 //! Few luminaires are evaluated one by one, by closed form or with a ratio estimator
 //! ([`crate::direct::luminaire_light`]); many through each patch's light cut ([`crate::direct::many::light_cut`]).
@@ -18,7 +18,7 @@ use crate::patches::Patches;
 use crate::scene::Emitters;
 use crate::surfaces::Geometry;
 
-/// The lights of a scene in one mode, and the occluders between lights and patches.
+/// The luminaires and punctual lights of a scene in one mode, and the occluders between them and the patches.
 pub struct Lights {
     /// The scene, its rays and its surfaces.
     pub geometry: Arc<Geometry>,
@@ -34,7 +34,7 @@ pub struct Lights {
     pub exactness: f64,
     /// Occlusion between any two points.
     pub(crate) occlusion: Occlusion,
-    /// Occlusion of lights without area.
+    /// Occlusion of punctual lights.
     pub(crate) punctual: Occlusion,
     /// Occluders between a patch and a luminaire.
     pub(crate) shafts: Shafts,

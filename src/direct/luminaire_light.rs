@@ -117,7 +117,7 @@ impl DirectSum {
 
 /// A luminaire as a patch sees it.
 #[derive(Clone, Copy)]
-pub struct Lamp<'a> {
+pub struct SeenLuminaire<'a> {
     /// The luminaire.
     pub luminaire: &'a Luminaire,
     /// The occluders between it and the patch.
@@ -145,8 +145,8 @@ pub struct Scratch {
 
 impl Lights {
     /// Luminaire l as a patch sees it.
-    pub fn lamp(&self, l: usize, patch: u32) -> Lamp<'_> {
-        Lamp { luminaire: &self.luminaires.list[l], between: self.shafts.between(patch, l) }
+    pub fn seen_luminaire(&self, l: usize, patch: u32) -> SeenLuminaire<'_> {
+        SeenLuminaire { luminaire: &self.luminaires.list[l], between: self.shafts.between(patch, l) }
     }
 
     /// Product of tau between a receiver and a point drawn on a luminaire, by one visibility ray.
@@ -158,9 +158,14 @@ impl Lights {
 
     /// The light that a receiver gets from a luminaire over its radiance, channel by channel, where that is known
     /// without a ray: the form factor to its visible part, if its emission is uniform.
-    pub(crate) fn exact_form(&self, lamp: Lamp, receiver: &SurfacePoint, scratch: &mut Scratch) -> Option<DVec3> {
-        let (x, n, luminaire) = (receiver.position, receiver.normal, lamp.luminaire);
-        Some(match self.visible_form(lamp, receiver, scratch)? {
+    pub(crate) fn exact_form(
+        &self,
+        seen: SeenLuminaire,
+        receiver: &SurfacePoint,
+        scratch: &mut Scratch,
+    ) -> Option<DVec3> {
+        let (x, n, luminaire) = (receiver.position, receiver.normal, seen.luminaire);
+        Some(match self.visible_form(seen, receiver, scratch)? {
             VisibleForm::Whole(form) => luminaire.light(x, n, form, self.exactness),
             VisibleForm::Part(form) => luminaire.light_of(x, n, &mut scratch.seen, form, self.exactness),
         })
@@ -168,9 +173,14 @@ impl Lights {
 
     /// The light that a receiver gets from a luminaire over its radiance, where that costs no more than a few rays: not
     /// of a texture of which a part is hidden.
-    pub(crate) fn cheap_form(&self, lamp: Lamp, receiver: &SurfacePoint, scratch: &mut Scratch) -> Option<DVec3> {
-        let (x, n, luminaire) = (receiver.position, receiver.normal, lamp.luminaire);
-        match self.visible_form(lamp, receiver, scratch)? {
+    pub(crate) fn cheap_form(
+        &self,
+        seen: SeenLuminaire,
+        receiver: &SurfacePoint,
+        scratch: &mut Scratch,
+    ) -> Option<DVec3> {
+        let (x, n, luminaire) = (receiver.position, receiver.normal, seen.luminaire);
+        match self.visible_form(seen, receiver, scratch)? {
             VisibleForm::Whole(form) => Some(luminaire.light(x, n, form, self.exactness)),
             VisibleForm::Part(_) => None,
         }
@@ -178,12 +188,12 @@ impl Lights {
 
     /// The form factor from a receiver to the visible part of a luminaire, where that is known without a ray; the
     /// pieces are in `scratch` if a part is hidden.
-    fn visible_form(&self, lamp: Lamp, receiver: &SurfacePoint, scratch: &mut Scratch) -> Option<VisibleForm> {
-        let (x, n, luminaire) = (receiver.position, receiver.normal, lamp.luminaire);
+    fn visible_form(&self, seen: SeenLuminaire, receiver: &SurfacePoint, scratch: &mut Scratch) -> Option<VisibleForm> {
+        let (x, n, luminaire) = (receiver.position, receiver.normal, seen.luminaire);
         if self.occlusion == Occlusion::Nothing {
             return Some(VisibleForm::Whole(luminaire.exact_form(x, n)));
         }
-        match lamp.between {
+        match seen.between {
             Between::Nothing => luminaire.closed_form(x, n).map(VisibleForm::Whole),
             Between::Faces(faces) => {
                 let casters = self.shafts.casters(faces);
@@ -200,18 +210,18 @@ impl Lights {
     /// with one visibility ray for each point of the unit square given.
     pub fn gather_luminaire(
         &self,
-        lamp: Lamp,
+        seen: SeenLuminaire,
         receiver: &SurfacePoint,
         weight: DVec3,
         points: impl ExactSizeIterator<Item = Vec2>,
         scratch: &mut Scratch,
         sum: &mut DirectSum,
     ) {
-        if let Some(form) = self.exact_form(lamp, receiver, scratch) {
+        if let Some(form) = self.exact_form(seen, receiver, scratch) {
             sum.exact += weight * form;
             return;
         }
-        let luminaire = lamp.luminaire;
+        let luminaire = seen.luminaire;
         let (x, n) = (receiver.position, receiver.normal);
         let closed = luminaire.closed_form(x, n);
         match closed {
@@ -272,16 +282,16 @@ impl Lights {
     /// `F E` of one luminaire at a receiver, without bias.
     pub(crate) fn sample_luminaire(
         &self,
-        lamp: Lamp,
+        seen: SeenLuminaire,
         receiver: &SurfacePoint,
         random: &mut Stream,
         scratch: &mut Scratch,
     ) -> DVec3 {
-        let form = match self.cheap_form(lamp, receiver, scratch) {
+        let form = match self.cheap_form(seen, receiver, scratch) {
             Some(form) => form,
-            None => self.draw(receiver, lamp.luminaire, random, scratch),
+            None => self.draw(receiver, seen.luminaire, random, scratch),
         };
-        form * lamp.luminaire.radiance.as_dvec3()
+        form * seen.luminaire.radiance.as_dvec3()
     }
 
     /// An estimate without bias of the form factor to the visible part of a luminaire, by points drawn on it and a

@@ -5,6 +5,12 @@
 //! are sampled with the cut's light as control variate (B. Walter et al., *Lightcuts*, 2005; A. Conty Estevez, C.
 //! Kulla, *Importance sampling of many lights with adaptive tree splitting*, 2018).
 //!
+//! The words for what emits, here and in all rooms. An *emitter* is whatever has E > 0 and a name: an object or a
+//! material, a punctual light, the sky ([`crate::scene::Emitters`]). A *luminaire* is an emitting surface, or part of
+//! one, whose light is found by closed form (P. Shirley et al. 1996, J. Arvo 1995). A *punctual light* has no area
+//! (glTF's `KHR_lights_punctual`). *Light* is what travels, L, and never what sends it; the type [`Lights`] holds the
+//! luminaires and punctual lights of one (alpha, tau).
+//!
 //! Not handled: emitters of large solid angle (a furnace), whose light is in the rows of F.
 
 pub(crate) mod drawn_light;
@@ -24,5 +30,5 @@ pub use emitters::occlusion::Occlusion;
 pub use emitters::shafts::{Between, Shafts};
 pub(crate) use highlights::Highlights;
 pub use lights::Lights;
-pub use luminaire_light::{DirectSum, Lamp, Scratch};
+pub use luminaire_light::{DirectSum, Scratch, SeenLuminaire};
 pub use received::{Choice, LightSum, Received};

@@ -1,8 +1,10 @@
-//! Light of points, spots and parallel light at a receiver: closed form times visibility.
+//! Light of punctual lights at a receiver: closed form times visibility.
 //!
 //! ```text
-//! sum over lights of  E_l(x) T_l / pi,      E_l by OpenGL's terms (`scene::punctual`), T the product of tau between
+//! sum over punctual lights of  E_l(x) T_l / pi,      E_l by OpenGL's terms (`scene::punctual`)
 //! ```
+//!
+//! with T the product of tau between.
 //!
 //! Up to [`FEW`] lights at a receiver get a ray each. Of more, [`DRAWN`] are drawn in proportion to E_l by systematic
 //! sampling: the closed forms of all are known, so only shadows are sampled, without bias.
@@ -20,16 +22,17 @@ use crate::direct::systematic::{Drawn, systematic};
 use crate::scene::{PunctualForm, PunctualLight};
 use crate::surfaces::SurfacePoint;
 
-/// Lights at a receiver that get a visibility ray each; of more, some are drawn.
+/// Punctual lights at a receiver that get a visibility ray each; of more, some are drawn.
 const FEW: usize = 32;
-/// Lights drawn where they are many.
+/// Punctual lights drawn where they are many.
 const DRAWN: usize = 16;
 /// Parallel light comes from so far away: beyond the scene, which lies in [-1, 1]³, seen from any point of it.
 const AWAY: f64 = 4.0;
-/// Visibility rays end so far before a light, which may lie in a surface: several times what rays take for one plane.
+/// Visibility rays end so far before a punctual light, which may lie in a surface: several times what rays take for one
+/// plane.
 const BEFORE: f64 = 1e-5;
 
-/// What falls on a receiver from one light without occlusion.
+/// What falls on a receiver from one punctual light without occlusion.
 struct Falling {
     /// The emitter that the light is.
     emitter: usize,
@@ -40,8 +43,8 @@ struct Falling {
 }
 
 impl Falling {
-    /// What falls from a light on a point, `weigh(l)` standing for n·l, l the unit vector to the light; `None` where
-    /// nothing does.
+    /// What falls from a punctual light on a point, `weigh(l)` standing for n·l, l the unit vector to the light; `None`
+    /// where nothing does.
     fn new(emitter: usize, light: &PunctualLight, x: DVec3, weigh: &impl Fn(DVec3) -> f64) -> Option<Falling> {
         let (way, share, distance) = match &light.form {
             PunctualForm::Point { place, beam } => {
@@ -67,13 +70,13 @@ impl Falling {
 }
 
 impl Lights {
-    /// Calls `each` with irradiance over pi from lights without area at a receiver, W/(m² sr), and their emitters.
+    /// Calls `each` with irradiance over pi from punctual lights at a receiver, W/(m² sr), and their emitters.
     pub fn gather_punctual(&self, receiver: &SurfacePoint, scratch: &mut Scratch, each: impl FnMut(usize, DVec3)) {
         let n = receiver.normal.as_dvec3();
         self.gather_weighted(receiver, |way| n.dot(way), scratch, each);
     }
 
-    /// Calls `each` with the light from lights without area at a receiver weighted by `weigh(l)`, l the unit vector to
+    /// Calls `each` with the light of punctual lights at a receiver weighted by `weigh(l)`, l the unit vector to
     /// each, over pi, and their emitters.
     pub(crate) fn gather_weighted(
         &self,

@@ -1,8 +1,8 @@
-//! Direct light of all lights at receivers:
+//! Direct light of all luminaires and punctual lights at receivers:
 //!
 //! * what every patch receives: [`Lights::receive`], the mean over receiver points of the patch;
 //! * one sample at a point, without bias: [`Lights::sample`], which of more luminaires asks two, drawn by about what
-//!   they send: a bathroom with eleven lamps takes 0.7 of the time at 2 %;
+//!   they send: a bathroom with eleven luminaires takes 0.7 of the time at 2 %;
 //! * the mean over receivers of what they reflect: [`Lights::add`] and [`Lights::total`] with a [`LightSum`].
 //!
 //! Not handled: emitters that are no luminaires, whose light hemisphere rays sample.
@@ -32,7 +32,7 @@ const ASKED: usize = 2;
 pub struct Received {
     /// `sum over luminaires of F_il E_l` for every patch that receives, W/(m² sr).
     pub luminaires: Vec<Rgb>,
-    /// Irradiance over pi from lights without area, W/(m² sr); empty where there are none.
+    /// Irradiance over pi from punctual lights, W/(m² sr); empty where there are none.
     pub punctual: Vec<Rgb>,
     /// All of both, emitter by emitter; empty where they are not kept apart.
     pub emitters: Vec<Vec<Rgb>>,
@@ -40,7 +40,7 @@ pub struct Received {
     pub rays: u64,
 }
 
-/// Light of all lights summed over receivers, each weighted per channel (by rho, say).
+/// Light of all luminaires and punctual lights summed over receivers, each weighted per channel (by rho, say).
 #[derive(Default)]
 pub struct LightSum {
     /// Luminaires evaluated one by one.
@@ -85,7 +85,7 @@ impl LightSum {
 }
 
 impl Lights {
-    /// Light at a receiver on a patch, `sum of F_l E_l` and irradiance over pi from lights without area, W/(m² sr): one
+    /// Light at a receiver on a patch, `sum of F_l E_l` and irradiance over pi from punctual lights, W/(m² sr): one
     /// sample without bias.
     pub fn sample(&self, receiver: &SurfacePoint, patch: u32, random: &mut Stream, scratch: &mut Scratch) -> DVec3 {
         let mut sum = DVec3::ZERO;
@@ -111,14 +111,15 @@ impl Lights {
         let list = &self.luminaires.list;
         if list.len() <= ASKED {
             for (l, luminaire) in list.iter().enumerate() {
-                each(luminaire.emitter, self.sample_luminaire(self.lamp(l, patch), receiver, random, scratch));
+                let light = self.sample_luminaire(self.seen_luminaire(l, patch), receiver, random, scratch);
+                each(luminaire.emitter, light);
             }
             return;
         }
         // Of more a few are asked, in proportion to what they send with nothing between.
         let about = list.iter().map(|luminaire| f64::from(luminaire.roughly(receiver.position, receiver.normal)));
         for (l, weight) in systematic(about, ASKED, 1.0 - f64::from(random.uniform())) {
-            let light = self.sample_luminaire(self.lamp(l, patch), receiver, random, scratch);
+            let light = self.sample_luminaire(self.seen_luminaire(l, patch), receiver, random, scratch);
             each(list[l].emitter, weight * light);
         }
     }
@@ -149,7 +150,7 @@ impl Lights {
         for (l, own) in sum.each.iter_mut().enumerate() {
             let of = rays(l);
             let drawn = (0..of as usize).map(|k| point(Choice { luminaire: l as u32, k: k as u32, of }));
-            self.gather_luminaire(self.lamp(l, patch), receiver, weight, drawn, scratch, own);
+            self.gather_luminaire(self.seen_luminaire(l, patch), receiver, weight, drawn, scratch, own);
         }
     }
 
@@ -172,7 +173,7 @@ impl Lights {
         sum.others.iter().enumerate().for_each(|(emitter, light)| each(emitter, *light));
     }
 
-    /// What every patch that `receives` gets from luminaires and from lights without area; `tick` counts patches.
+    /// What every patch that `receives` gets from luminaires and from punctual lights; `tick` counts patches.
     pub fn receive(&self, receives: &[bool], sampling: &Sampling, tick: Progress) -> Received {
         let luminaires = self.emitted(receives, sampling, tick);
         let punctual = self.punctual(receives, sampling);
@@ -193,8 +194,8 @@ impl Lights {
         (total, rays)
     }
 
-    /// Irradiance over pi from lights without area for every patch that `receives`, W/(m² sr), nothing at all where
-    /// there are no such lights; and how many rays were cast.
+    /// Irradiance over pi from punctual lights for every patch that `receives`, W/(m² sr), nothing at all where
+    /// there are none; and how many rays were cast.
     pub fn receive_punctual(&self, receives: &[bool], sampling: &Sampling) -> (Vec<Rgb>, u64) {
         let PatchSums { total, rays, .. } = self.punctual(receives, sampling);
         (total, rays)
@@ -223,7 +224,7 @@ impl Lights {
         })
     }
 
-    /// What lights without area send to every patch that `receives`; nothing at all where there are none.
+    /// What punctual lights send to every patch that `receives`; nothing at all where there are none.
     fn punctual(&self, receives: &[bool], sampling: &Sampling) -> PatchSums {
         if self.luminaires.punctual.is_empty() {
             return PatchSums::default();
@@ -285,7 +286,7 @@ impl ReceiverPoints<'_> {
         self.lights.patches.point(i, self.sobol.point(k, 0, seed), self.sobol.point(k, 1, seed))
     }
 
-    /// Adds what patch i receives from lights without area.
+    /// Adds what patch i receives from punctual lights.
     fn by_punctual(&self, i: usize, scratch: &mut Scratch, sums: &mut [DVec3]) {
         let seed = hash(i as u32, self.seed);
         for k in 0..self.rays {
@@ -298,8 +299,8 @@ impl ReceiverPoints<'_> {
     fn one_by_one(&self, i: usize, scratch: &mut Scratch, sums: &mut [DVec3]) {
         let count = self.lights.luminaires.list.len();
         for l in 0..count {
-            let lamp = self.lights.lamp(l, i as u32);
-            let is_known = !matches!(lamp.between, Between::Unknown);
+            let seen = self.lights.seen_luminaire(l, i as u32);
+            let is_known = !matches!(seen.between, Between::Unknown);
             let exact = is_known || self.lights.occlusion == Occlusion::Nothing;
             let most = if exact { SMOOTH } else { u32::MAX };
             let receivers = self.rays.min(most).max(1);
@@ -308,10 +309,10 @@ impl ReceiverPoints<'_> {
             for k in 0..receivers {
                 let draw = std::iter::once(Vec2::from([2, 3].map(|d| self.sobol.point(k, d, seed))));
                 let receiver = self.point(i, k, seed);
-                self.lights.gather_luminaire(lamp, &receiver, DVec3::ONE, draw, scratch, &mut sum);
+                self.lights.gather_luminaire(seen, &receiver, DVec3::ONE, draw, scratch, &mut sum);
             }
-            let received = sum.estimate() / f64::from(receivers) * lamp.luminaire.radiance.as_dvec3();
-            sums[lamp.luminaire.emitter] += received;
+            let received = sum.estimate() / f64::from(receivers) * seen.luminaire.radiance.as_dvec3();
+            sums[seen.luminaire.emitter] += received;
         }
     }
 

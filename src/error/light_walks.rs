@@ -1,7 +1,7 @@
 //! Powers of the terms `KⁿE` by walks of light from the emitters, without patches and so without bias.
 //!
 //! A walk starts at a point of an emitting side, drawn by power, along a cosine-distributed direction, at the sphere
-//! around the scene, where light of the sky enters it, or at a light without area. Its ray crosses surfaces c = 1, 2,
+//! around the scene, where light of the sky enters it, or at a punctual light. Its ray crosses surfaces c = 1, 2,
 //! ...; s_c is the product of tau before c. With W the power that the walk carries, per channel,
 //!
 //! ```text
@@ -273,7 +273,7 @@ struct Source<'a> {
 enum Origin<'a> {
     /// A side of a face.
     Side(u32, Side),
-    /// A light without area.
+    /// A punctual light.
     Light(&'a PunctualLight),
 }
 
@@ -304,7 +304,7 @@ fn spread(place: &PunctualPlace, scale: f64, distance: f64) -> f64 {
 }
 
 impl<'a> WalkSources<'a> {
-    /// The emitting sides of a scene and its lights without area, with the chance of each in proportion to its power,
+    /// The emitting sides of a scene and its punctual lights, with the chance of each in proportion to its power,
     /// channels added.
     pub(crate) fn new(scene: &'a Scene, emitters: &Emitters) -> WalkSources<'a> {
         let far = |radius: f64, v: &Vec3| radius.max(v.as_dvec3().length());

@@ -12,8 +12,8 @@
 //! whose mean over paths ([`crate::error::importance_paths`]) has no bias however coarse the patches are: noise of F,
 //! truncation of the series and light that varies within patches are all in it.
 //!
-//! Paths from the camera seldom meet a small bright place, as the spot of a lamp on a wall, and a patch represented by
-//! a few of their vertices would be as bright as those happen to be. So patch i has at least
+//! Paths from the camera seldom meet a small bright place, as the spot of a luminaire on a wall, and a patch
+//! represented by a few of their vertices would be as bright as those happen to be. So patch i has at least
 //!
 //! ```text
 //! n_i = N A_i L_i / sum of A_j L_j

@@ -9,8 +9,8 @@
 //! one by one: a luminaire of a hundred triangles costs little more than its rim. Faces are tested and edges added some
 //! at a time, in vector registers; the bits do not depend on which the machine has.
 //!
-//! Worth: a room under twelve lamps of 48 to 320 faces at 2 % takes 0.75 of the CPU seconds that arcs by `atan2`, one
-//! face and edge after the other, take; `cargo bench --bench lamps`, closed form.
+//! Worth: a room under twelve luminaires of 48 to 320 faces at 2 % takes 0.75 of the CPU seconds that arcs by `atan2`,
+//! one face and edge after the other, take; `cargo bench --bench lamps`, closed form.
 //!
 //! Not handled: visibility, also of triangles of a mesh behind others of it; a point on the polygon itself, where the
 //! form factor is discontinuous.

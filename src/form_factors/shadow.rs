@@ -37,7 +37,7 @@ pub(crate) struct Caster {
     /// Whether its surface has holes, so that its shadow has another outline.
     pub masked: bool,
     /// The convex luminaire it is a face of, if of one.
-    pub convex_lamp: Option<u32>,
+    pub convex_luminaire: Option<u32>,
 }
 
 /// The shadow of a convex polygon, as seen from a point at the origin.
@@ -256,7 +256,7 @@ mod tests {
     fn caster(corners: [DVec3; 3], tau: f64) -> Caster {
         let [a, b, c] = corners;
         let normal = (b - a).cross(c - a).normalize();
-        Caster { corners, normal, tau, masked: false, convex_lamp: None }
+        Caster { corners, normal, tau, masked: false, convex_luminaire: None }
     }
 
     /// A large luminaire at height 2 that faces down.

@@ -28,8 +28,8 @@ pub struct Gathered {
     pub backs: f64,
     /// Share of the camera rays that met a side that reflects.
     pub sees: f64,
-    /// Rays to lights of a camera ray, in the mean.
-    pub lamp_rays: f64,
+    /// Rays of a camera ray to luminaires and punctual lights, in the mean.
+    pub luminaire_rays: f64,
     /// Rays cast.
     pub rays: u64,
     pub(crate) picture_fields: usize,

@@ -53,7 +53,7 @@ const NO_PATCH: u32 = 0;
 /// What arrives at a point, over pi.
 #[derive(Clone, Debug)]
 pub(crate) struct Irradiance {
-    /// Of luminaires and lights without area, emitter by emitter.
+    /// Of luminaires and punctual lights, emitter by emitter.
     pub direct: Vec<DVec3>,
     /// Of the fields that are read at once, which those that go on do not correct.
     pub fields: Vec<DVec3>,

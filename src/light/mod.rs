@@ -60,13 +60,13 @@ impl Light {
     }
 }
 
-/// Whether the camera sees the emission of a luminaire.
+/// Whether the camera sees the emission of an emitter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Visibility {
     /// `E_visible = E_invisible`.
     #[default]
     Seen,
-    /// `E_visible = 0`: the lamp lights the scene and is black itself.
+    /// `E_visible = 0`: the emitter lights the scene and is black itself.
     Hidden,
 }
 

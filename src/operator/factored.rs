@@ -29,9 +29,9 @@ pub struct Operator {
     emission: Vec<Light>,
     /// Per patch: its emission goes through F, not through the closed form.
     glows: Vec<bool>,
-    /// `F E` of the luminaires, by closed form, and what lights without area send.
+    /// `F E` of the luminaires, by closed form, and what punctual lights send.
     received: Vec<Rgb>,
-    /// Power that lights without area bring to the patches, W over all channels.
+    /// Power that punctual lights bring to the patches, W over all channels.
     punctual: f64,
     /// The emitters' parts of `E`, and of `received`; empty where they are not kept apart.
     emitters: Vec<EmitterLight>,
@@ -62,13 +62,13 @@ pub struct PatchMaterials {
 impl PatchMaterials {
     /// Looks up every patch's material, or the means of its textures.
     pub fn new(scene: &Scene, patches: &Patches, luminaires: &Luminaires, transports: &[Transport]) -> PatchMaterials {
-        let lamp = |i: usize| luminaires.carries[patches.materials()[i] as usize];
+        let carried = |i: usize| luminaires.carries[patches.materials()[i] as usize];
         let all = 0..patches.len();
         let emission: Vec<Light> = all.clone().map(|i| patches.emitted(scene, i)).collect();
         PatchMaterials {
             rho: all.clone().map(|i| patches.reflectance(scene, i)).collect(),
             alpha: patches.materials().iter().map(|&m| transports[m as usize].alpha).collect(),
-            glows: emission.iter().zip(all).map(|(e, i)| e.invisible != Rgb::ZERO && !lamp(i)).collect(),
+            glows: emission.iter().zip(all).map(|(e, i)| e.invisible != Rgb::ZERO && !carried(i)).collect(),
             emission,
         }
     }
@@ -129,7 +129,7 @@ impl Operator {
         self.bounce_once(&light.emission, &light.received)
     }
 
-    /// Adds what patches receive from lights without area, irradiance over pi in W/(m² sr); none of them may be given.
+    /// Adds what patches receive from punctual lights, irradiance over pi in W/(m² sr); none of them may be given.
     pub fn with_punctual(mut self, light: &[Rgb]) -> Operator {
         for (sum, l) in self.received.iter_mut().zip(light) {
             *sum += *l;
@@ -138,7 +138,7 @@ impl Operator {
         self
     }
 
-    /// Power that lights without area bring to the patches, W over all channels.
+    /// Power that punctual lights bring to the patches, W over all channels.
     pub fn punctual(&self) -> f64 {
         self.punctual
     }
@@ -158,7 +158,7 @@ impl Operator {
         &self.f
     }
 
-    /// `F E` of the luminaires by closed form, and what lights without area send, W/(m² sr); 0 on patches that reflect
+    /// `F E` of the luminaires by closed form, and what punctual lights send, W/(m² sr); 0 on patches that reflect
     /// nothing.
     pub fn received(&self) -> &[Rgb] {
         &self.received

@@ -1,4 +1,4 @@
-//! Names that no two have: of layers, lamps, and rows of a table.
+//! Names that no two have: of layers, emitters, and rows of a table.
 //!
 //! Not handled: names that differ in case alone.
 

@@ -7,7 +7,7 @@
 pub enum Purpose {
     /// Points on patches and luminaires, for the light that patches receive.
     Received,
-    /// Points on patches, for what lights without area send there.
+    /// Points on patches, for what punctual lights send there.
     ReceivedFromPoints,
     /// Camera rays of a half, 0 or 1.
     CameraRays(usize),

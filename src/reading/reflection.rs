@@ -390,8 +390,8 @@ mod tests {
             let ray = Ray { origin: from.position, direction, source: Some(from.face) };
             continuation.read(&ray, i as u32, &mut memory);
             // Each bounce is one ray and those to luminaires, one for each of at most a handful.
-            let lamps = view.lights.luminaires.list.len() as u64;
-            let most = u64::from(MOST_BOUNCES + 1) * (1 + lamps);
+            let luminaires = view.lights.luminaires.list.len() as u64;
+            let most = u64::from(MOST_BOUNCES + 1) * (1 + luminaires);
             assert!(memory.scratch.cast - before <= most, "{i}: {} rays", memory.scratch.cast - before);
         }
     }

@@ -47,20 +47,20 @@ pub enum LayerKind {
     BouncesFrom(usize),
 }
 
-/// Before the names of layers that are lamps.
-const LAMP: &str = "lamp.";
+/// Before the names of layers that are emitters.
+const EMITTER: &str = "lamp.";
 
 impl LayerKind {
     /// The emitter that a layer of this name shows; none of another kind.
     pub fn emitter(name: &str) -> Option<&str> {
-        name.strip_prefix(LAMP)
+        name.strip_prefix(EMITTER)
     }
 
     /// Its name in files, by the convention that groups channels by what stands before the last dot: `lamp.desk`,
     /// `bounce.2`.
     pub fn name(&self) -> String {
         match self {
-            LayerKind::Emitter(name) => format!("{LAMP}{name}"),
+            LayerKind::Emitter(name) => format!("{EMITTER}{name}"),
             LayerKind::Bounce(n) => format!("bounce.{n}"),
             LayerKind::BouncesFrom(n) => format!("bounce.{n}+"),
         }
@@ -72,7 +72,7 @@ impl LayerKind {
 pub struct EmitterPower {
     /// Its name.
     pub name: String,
-    /// Power of the visible half of its E per channel, W: `pi sum A_i E_i`; 0 of lights without area.
+    /// Power of the visible half of its E per channel, W: `pi sum A_i E_i`; 0 of punctual lights.
     pub emitted: [f64; 3],
     /// Power of the visible half of all that is reflected of its light per channel, W: of `KE + K²E + ...`.
     pub reflected: [f64; 3],

@@ -35,7 +35,7 @@ impl Discretization {
         self.checked(modes, sampling, solutions, limit).map(|_| ())
     }
 
-    /// The same; returns what a few rows showed, where any were cast.
+    /// What a few rows showed, where any were cast; an error where memory would not do.
     pub(crate) fn checked(
         &self,
         modes: &[Transport],

@@ -22,17 +22,17 @@ const DIRECTIONS: usize = 24;
 /// Share of a place's rays that escape from a closed scene at most: furniture without bottoms and windows leave some
 /// hundredths, a cube that lacks a side has a sixth.
 const CLOSED: f64 = 0.1;
-/// Share of a lamp's rays that escape at most if it is in a closed room; half of them end at the lamp.
-const LAMP_INSIDE: f64 = 0.1;
+/// Share of an emitter's rays that escape at most if it is in a closed room; half of them end at the emitter.
+const EMITTER_INSIDE: f64 = 0.1;
 /// Places within a scene that fills its box, of all twelve: rooms with a corner cut off have nine, a ball has eight.
 const FILLED: usize = 9;
 /// By how much the shares of sides that reflect must differ inside and outside to decide.
 const DIFFERENT: f64 = 0.1;
 /// Emitting faces that are looked at, at most.
-const LAMPS: usize = 4;
+const EMITTERS: usize = 4;
 /// By how much weights may be off where rays meet edges, so that none slips between two faces.
 const EDGE: f32 = 1e-5;
-/// Distance from a lamp that its rays start at, unit coordinates.
+/// Distance from an emitter that its rays start at, unit coordinates.
 const BEFORE: f32 = 1e-4;
 
 /// Faces that are passed over together by rays that miss their box. Those that follow each other in a file are mostly
@@ -149,20 +149,21 @@ impl Walls {
 
     /// Whether light is inside of the scene, and whether it is outside.
     fn lights(&self, scene: &Scene) -> [bool; 2] {
-        let lamps = self.around(lamps(scene).into_iter()).into_iter().map(|ends| ends.escaped_share() <= LAMP_INSIDE);
+        let emitters = self.around(emitters(scene).into_iter()).into_iter();
+        let emitters = emitters.map(|ends| ends.escaped_share() <= EMITTER_INSIDE);
         let place = |light: &PunctualLight| light.form.place().map(|place| place.position.as_vec3());
         let lights: Vec<_> = scene.lights.iter().filter(|light| light.shines()).map(place).collect();
         let points = self.around(lights.iter().filter_map(|place| *place)).into_iter();
         let points = points.map(|ends| ends.escaped_share() <= CLOSED);
         let far = lights.iter().any(Option::is_none) || scene.sky.is_some();
         let mut found = [false, far];
-        lamps.chain(points).for_each(|is_inside| found[usize::from(!is_inside)] = true);
+        emitters.chain(points).for_each(|is_inside| found[usize::from(!is_inside)] = true);
         found
     }
 }
 
 /// Points before the emitting sides of some of a scene's faces.
-fn lamps(scene: &Scene) -> Vec<Vec3> {
+fn emitters(scene: &Scene) -> Vec<Vec3> {
     let emits = |&face: &u32| scene.material(face).emits();
     let all: Vec<u32> = (0..scene.solid_faces()).filter(emits).collect();
     let before = |&face: &u32| {
@@ -172,7 +173,7 @@ fn lamps(scene: &Scene) -> Vec<Vec3> {
         let back = (scene.material(face).sides == Sides::Two).then_some(middle - out);
         std::iter::once(middle + out).chain(back)
     };
-    all.iter().step_by(all.len().div_ceil(LAMPS).max(1)).flat_map(before).collect()
+    all.iter().step_by(all.len().div_ceil(EMITTERS).max(1)).flat_map(before).collect()
 }
 
 /// Ends of rays from one place.

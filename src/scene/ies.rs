@@ -4,7 +4,7 @@
 //! I(gamma, phi) = candela(gamma, phi) * multiplier * ballast factor * tilt factor / 683 lm/W       W/sr
 //! ```
 //!
-//! Files of lamps with rated lumens and absolute ones (-1 lumens) alike give candela as they are.
+//! Files with rated lumens and absolute ones (-1 lumens) alike give candela as they are.
 //!
 //! Not handled: types A and B; the size of the luminous opening, which the reader names.
 

@@ -129,7 +129,7 @@ impl Scene {
         from_scene_file(&SceneInput { name, file: &file, bytes: toml.as_bytes(), reader: &any, options })
     }
 
-    /// Checks that some face's material emits, or a light without area shines: renderers need it, those who only look
+    /// Checks that some face's material emits, or a punctual light shines: renderers need it, those who only look
     /// at the geometry do not.
     ///
     /// # Errors

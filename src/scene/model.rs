@@ -45,7 +45,7 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// Names of the file's objects and groups.
     pub objects: Vec<String>,
-    /// Lights without area.
+    /// Punctual lights.
     pub lights: Vec<PunctualLight>,
     /// The faces that stand for the sky, where there is one; see [`Scene::set_sky`].
     pub sky: Option<Sky>,
@@ -267,8 +267,8 @@ impl Material {
         Light::emitted(self.emission, self.visibility)
     }
 
-    /// Gives it textures. What is the same at every texel becomes the material's own number, so that lamps stay
-    /// luminaires and whole surfaces have no mask.
+    /// Gives it textures. What is the same at every texel becomes the material's own number, so that what emits
+    /// evenly is a luminaire without a texture and whole surfaces have no mask.
     pub(crate) fn set_maps(&mut self, mut maps: Maps) {
         for (texture, factor) in [(&mut maps.reflectance, &mut self.rho), (&mut maps.emission, &mut self.emission)] {
             if let Some(even) = texture.take_if(|t| t.image.is_even() || *factor == Rgb::ZERO) {

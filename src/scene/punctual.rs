@@ -1,4 +1,4 @@
-//! Lights without area: points, spots and parallel light, by OpenGL's terms.
+//! Punctual lights, which have no area: points, spots and parallel light, by OpenGL's terms.
 //!
 //! With l the unit vector from a receiver of normal n to the light and d its distance, nothing between,
 //!
@@ -20,7 +20,7 @@ use glam::DVec3;
 use crate::light::Rgb;
 use crate::scene::photometry::Photometry;
 
-/// A light without area, in unit coordinates.
+/// A punctual light, in unit coordinates.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct PunctualLight {
     /// Where it is, or where it comes from.
@@ -31,7 +31,7 @@ pub struct PunctualLight {
     pub name: Option<String>,
 }
 
-/// Where a light without area is, and where it shines.
+/// Where a punctual light is, and where it shines.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum PunctualForm {
     /// From a point.

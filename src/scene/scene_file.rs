@@ -1,4 +1,4 @@
-//! Scene files: TOML that adds camera, modes, emission, lights without area and a sky to an OBJ or a glTF.
+//! Scene files: TOML that adds camera, modes, emission, punctual lights and a sky to an OBJ or a glTF.
 //!
 //! An example with every key is in docs/commands.md. Unknown keys are errors. Values keep their places in the text,
 //! which [`Text`] turns into lines. Only place for `toml`.

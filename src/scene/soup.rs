@@ -62,7 +62,7 @@ pub(crate) struct Soup {
     pub objects: Vec<String>,
     /// The file's own cameras; the first one is the scene's.
     pub cameras: Vec<SoupCamera>,
-    /// Lights without area, in the file's units.
+    /// Punctual lights, in the file's units.
     pub lights: Vec<PunctualLight>,
     /// Whether a camera is given elsewhere, so that none need be found.
     pub has_view: bool,

@@ -1,7 +1,7 @@
 //! The Neumann series `L = E + KE + K²E + ...`, term by term.
 //!
 //! It stops when the proven bound on the tail is below the requested share of the reflected light, KE and what follows:
-//! the lamp's own radiance is no measure of what is missing, however small and bright it is. It ends exactly at n = 1
+//! an emitter's own radiance is no measure of what is missing, however small and bright it is. It ends exactly at n = 1
 //! where nothing reflected travels on, and refuses, before any term is summed, where the spectral radius is proved >=
 //! 1.
 

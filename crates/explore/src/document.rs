@@ -90,7 +90,7 @@ struct Surfaces<'a> {
     /// Texels to a side of a chart's cell.
     fine: usize,
     sky: Option<SkyEntry>,
-    /// Whether there are lights without area, which are no patch's.
+    /// Whether there are punctual lights, which are no patch's.
     punctual: bool,
     #[serde(rename = "ownTransport")]
     own_transport: bool,

@@ -3,8 +3,8 @@
 //!
 //! Terms are those of one cast of rays at alpha = 1, where a material's own alpha stays a factor, so that the visible
 //! half of term n at any other alpha is `alpha^(n-1)` times as much. Materials with a tau of their own keep it. Direct
-//! light is found anew at the points of texels, by the closed forms and rays of [`halflight::direct`]; light of emitters
-//! that are no luminaires is that of the patch.
+//! light is found anew at the points of texels, by the closed forms and rays of [`halflight::direct`]; light of
+//! emitters that are no luminaires is that of the patch.
 //!
 //! Not handled: emitters beyond [`LAMPS`], whose light is one together; which terms are shown
 //! ([`crate::sums`]).
@@ -302,7 +302,7 @@ fn glow(mode: &Assembled, source: &Source) -> Vec<Rgb> {
     reflected.iter().zip(k.reflectances()).map(|(l, rho)| received(l.visible, *rho)).collect()
 }
 
-/// Irradiance over pi of the light of each lamp's luminaires and lights without area, in each texel.
+/// Irradiance over pi of the light of each lamp's luminaires and punctual lights, in each texel.
 fn direct(
     mode: &Assembled,
     places: &[Vec<Place>],

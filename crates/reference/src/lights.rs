@@ -1,4 +1,4 @@
-//! Light found on purpose at a vertex of a path: points drawn on emitters, and lights without area.
+//! Light found on purpose at a vertex of a path: points drawn on emitters, and punctual lights.
 //!
 //! A face is drawn by its power, then a uniform point of it:
 //!

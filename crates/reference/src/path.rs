@@ -38,7 +38,7 @@ pub enum NextEvent {
     /// Every vertex also draws a point on an emitter.
     #[default]
     On,
-    /// Emitters are found only by rays that happen to meet them, as in the paper; lights without area, which no ray
+    /// Emitters are found only by rays that happen to meet them, as in the paper; punctual lights, which no ray
     /// meets, are drawn all the same.
     Off,
 }
@@ -211,7 +211,7 @@ impl Space<'_> {
 
     /// Highlights of all that is emitted, at the point that a camera ray sees: Phong's specular term `Ks/pi L T
     /// (n·h)^Ns`, which the camera collects, of a point drawn on an emitter and of a direction drawn from the lobe,
-    /// weighted as paths are; of lights without area every one. Nothing of it is passed on.
+    /// weighted as paths are; of punctual lights every one. Nothing of it is passed on.
     fn highlight(&self, point: &SurfacePoint, to_viewer: Vec3, gloss: &Gloss, draws: &mut Draws) -> Rgb {
         let (normal, to_viewer) = (point.normal.as_dvec3(), to_viewer.as_dvec3());
         let lobe = |way: Vec3| gloss.lobe(normal, way.as_dvec3(), to_viewer) as f32 / PI;

@@ -27,8 +27,8 @@ pub struct Luminaire {
     pub area: f64,
     /// The emitter that it is a part of.
     pub emitter: usize,
-    /// The convex lamp it belongs to, if to one.
-    pub(crate) convex_lamp: Option<u32>,
+    /// The convex luminaire it belongs to, if to one.
+    pub(crate) convex_luminaire: Option<u32>,
     /// Where it has a texture.
     pub(crate) uneven: Option<UnevenEmission>,
     pub(crate) triangles: Vec<EmittingTriangle>,
@@ -82,7 +82,7 @@ impl Luminaire {
             radiance,
             area: sum,
             emitter: 0,
-            convex_lamp: None,
+            convex_luminaire: None,
             uneven: None,
             outline: Outline::new(triangles.iter().map(|t| t.exact)),
             around: Around::new(&triangles),
@@ -296,10 +296,10 @@ mod tests {
             let at = |dimension: u32| (hash(k, dimension) >> 8) as f32 / (1 << 24) as f32;
             let point = sides[0].point(at(0), at(1));
             for normal in [point.normal, -point.normal].map(|n| n.as_vec3()) {
-                for lamp in &sides {
+                for side in &sides {
                     let pieces = &mut Pieces::default();
-                    let visible = lamp.visible_form(point.position, normal, std::iter::empty(), pieces);
-                    assert_eq!((lamp.exact_form(point.position, normal), visible), (0.0, Some(0.0)));
+                    let visible = side.visible_form(point.position, normal, std::iter::empty(), pieces);
+                    assert_eq!((side.exact_form(point.position, normal), visible), (0.0, Some(0.0)));
                 }
             }
         }

@@ -14,13 +14,13 @@
 //! wide window far away is small by that measure; a sky around everything, or a furnace, is large.
 //!
 //! Where luminaires are many, or one has many faces, all are divided into connected components (which share a corner,
-//! or are near compared with their size), halved until few faces remain, as exporters often write all lamps as one
-//! object. Few lamps stay as they are: one ray to any of them costs less than one to each. A face of a convex lamp
-//! cannot hide another from where that one's front is visible, so that a ball of a thousand faces does not count as a
-//! thousand occluders of itself.
+//! or are near compared with their size), halved until few faces remain, as exporters often write all luminaires as one
+//! object. Few luminaires stay as they are: one ray to any of them costs less than one to each. A face of a convex
+//! luminaire cannot hide another from where that one's front is visible, so that a ball of a thousand faces does not
+//! count as a thousand occluders of itself.
 //!
-//! Not handled: occlusion, so that a sky behind a window counts as large. Lamps of too many faces to test convexity
-//! cast shadows on themselves, which costs time and no accuracy.
+//! Not handled: occlusion, so that a sky behind a window counts as large. Luminaires of too many faces to test
+//! convexity cast shadows on themselves, which costs time and no accuracy.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -42,7 +42,7 @@ use crate::scene::{Bounds, Emitters, PunctualLight, Scene, Sides};
 use crate::surfaces::coplanar::connected;
 
 /// Cost of one triangle of a closed form over that of a ray, about (on one core 20 ns, and 300 ns in a small room). A
-/// lamp of two faces is carried up to F = 0.47, one of a hundred to 0.12.
+/// luminaire of two faces is carried up to F = 0.47, one of a hundred to 0.12.
 const PRICE: f64 = 1.0 / 16.0;
 /// Faces that a receiver evaluates at most: light cuts spare it most of more ([`crate::direct::many::light_cut`]).
 const MOST_FACES: usize = 128;
@@ -119,13 +119,13 @@ fn mean_form(points: &[(DVec3, DVec3)], faces: &[Turned]) -> f64 {
 
 /// Faces of a piece at most.
 const PIECE: usize = 16;
-/// Gap between the boxes of two parts, in diagonals of the smaller, below which they are one lamp.
+/// Gap between the boxes of two parts, in diagonals of the smaller, below which they are one luminaire.
 const NEAR: f64 = 0.5;
 
-/// Groups of faces, divided into pieces where they make up many lamps, or one has many faces.
+/// Groups of faces, divided into pieces where they make up many luminaires, or one has many faces.
 pub(crate) fn divided(scene: &Scene, groups: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
     let many = |faces: &Vec<u32>| faces.len() > Outline::MOST_FACES;
-    if !groups.iter().any(many) && groups.iter().map(|group| lamps(scene, group)).sum::<usize>() <= FEW_LUMINAIRES {
+    if !groups.iter().any(many) && groups.iter().map(|group| lie_apart(scene, group)).sum::<usize>() <= FEW_LUMINAIRES {
         return groups;
     }
     let mut pieces = Vec::new();
@@ -140,23 +140,23 @@ pub(crate) fn divided(scene: &Scene, groups: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
     pieces
 }
 
-/// Whether two boxes count as one lamp.
+/// Whether two boxes count as one luminaire.
 fn are_near(a: &Bounds<DVec3>, b: &Bounds<DVec3>) -> bool {
     let gap = (a.low - b.high).max(b.low - a.high).max(DVec3::ZERO).length();
     gap <= NEAR * a.size().length().min(b.size().length())
 }
 
-/// Number of lamps in a group of few faces: connected faces, with others that are near.
-fn lamps(scene: &Scene, group: &[u32]) -> usize {
-    let mut lamps: Vec<Vec<Bounds<DVec3>>> = Vec::new();
+/// Number of luminaires that lie apart in a group of few faces: connected faces, with others that are near.
+fn lie_apart(scene: &Scene, group: &[u32]) -> usize {
+    let mut apart: Vec<Vec<Bounds<DVec3>>> = Vec::new();
     for faces in connected(scene, group, |_| ()) {
         let own = Bounds::of(faces.iter().flat_map(|&face| scene.corners(face)).map(|p| p.as_dvec3()));
-        let is_near = |lamp: &Vec<Bounds<DVec3>>| lamp.iter().any(|other| are_near(other, &own));
-        let (near, apart): (Vec<_>, Vec<_>) = lamps.into_iter().partition(is_near);
-        lamps = apart;
-        lamps.push(near.into_iter().flatten().chain([own]).collect());
+        let is_near = |boxes: &Vec<Bounds<DVec3>>| boxes.iter().any(|other| are_near(other, &own));
+        let (near, far): (Vec<_>, Vec<_>) = apart.into_iter().partition(is_near);
+        apart = far;
+        apart.push(near.into_iter().flatten().chain([own]).collect());
     }
-    lamps.len()
+    apart.len()
 }
 
 /// Halves faces down to pieces of few.
@@ -171,13 +171,13 @@ fn divide(faces: &mut [Placed], pieces: &mut Vec<Vec<u32>>) {
     divide(right, pieces);
 }
 
-/// Faces times corners of one lamp at most: a fifth of a second.
+/// Faces times corners of one luminaire at most: a fifth of a second.
 const MOST_TESTS: usize = 200_000_000;
 /// Heights below this lie in the plane: a few roundings of unit coordinates.
 const FLAT: f64 = 1e-6;
 
-/// For each face of the scene the number of the convex lamp it belongs to, if to one; empty without such lamps.
-pub(crate) fn convex_lamps(scene: &Scene, groups: &[Vec<u32>]) -> Vec<Option<u32>> {
+/// For each face of the scene the number of the convex luminaire it belongs to, if to one; empty without such.
+pub(crate) fn convex_luminaires(scene: &Scene, groups: &[Vec<u32>]) -> Vec<Option<u32>> {
     let (mut parts, mut count) = (Vec::new(), 0);
     for faces in groups.iter().flat_map(|g| connected(scene, g, |_| ())) {
         // Faces in one plane do not hide each other anyway.
@@ -206,7 +206,7 @@ fn is_convex(scene: &Scene, faces: &[u32]) -> bool {
     faces.len() * corners.len() <= MOST_TESTS && faces.iter().all(below)
 }
 
-/// The luminaires of a scene, lights without area, and which materials' emission they carry.
+/// The luminaires of a scene, punctual lights, and which materials' emission they carry.
 #[derive(Clone, Debug)]
 pub struct Luminaires {
     /// Evaluated by closed form.
@@ -215,14 +215,14 @@ pub struct Luminaires {
     pub carries: Vec<bool>,
     /// Per material: the radiance of its luminaires.
     pub(crate) radiances: Vec<Rgb>,
-    /// Lights without area that shine.
+    /// Punctual lights that shine.
     pub punctual: Vec<PunctualLight>,
     /// The emitters that are kept apart.
     pub emitters: Arc<Emitters>,
-    /// The emitter that each light without area is.
+    /// The emitter that each punctual light is.
     punctual_emitters: Vec<usize>,
-    /// For each face the convex lamp it belongs to, if to one; empty without such lamps.
-    convex_lamps: Vec<Option<u32>>,
+    /// For each face the convex luminaire it belongs to, if to one; empty without such.
+    convex_luminaires: Vec<Option<u32>>,
 }
 
 impl Luminaires {
@@ -236,20 +236,20 @@ impl Luminaires {
         let shining = scene.lights.iter().enumerate().filter(|(_, light)| light.shines());
         let (punctual, punctual_emitters) = shining.map(|(k, light)| (light.clone(), emitters.of_light(k))).unzip();
         let radiances = scene.materials.iter().map(|material| material.emission).collect();
-        let (carries, list, convex_lamps) = (carried(scene), Vec::new(), Vec::new());
+        let (carries, list, convex_luminaires) = (carried(scene), Vec::new(), Vec::new());
         let mut luminaires =
-            Luminaires { list, carries, radiances, punctual, emitters, punctual_emitters, convex_lamps };
+            Luminaires { list, carries, radiances, punctual, emitters, punctual_emitters, convex_luminaires };
         let textures = luminaires.textures(scene);
         textures.iter().for_each(|(&m, texture)| luminaires.radiances[m as usize] *= texture.mean());
         let mut all = luminaires.with_even(scene);
         let count = all.list.len();
-        all.list.par_iter_mut().for_each(|lamp| {
-            let texture = textures.get(&scene.faces[lamp.triangles[0].face as usize].material);
-            let faces = || lamp.triangles.iter().map(|t| (t.face, t.exact)).collect::<Vec<_>>();
-            lamp.uneven = texture.map(|texture| UnevenEmission::new(texture.clone(), &faces(), count));
+        all.list.par_iter_mut().for_each(|luminaire| {
+            let texture = textures.get(&scene.faces[luminaire.triangles[0].face as usize].material);
+            let faces = || luminaire.triangles.iter().map(|t| (t.face, t.exact)).collect::<Vec<_>>();
+            luminaire.uneven = texture.map(|texture| UnevenEmission::new(texture.clone(), &faces(), count));
         });
         // Pieces where the texture is black.
-        all.list.retain(|lamp| lamp.uneven.as_ref().is_none_or(UnevenEmission::shines));
+        all.list.retain(|luminaire| luminaire.uneven.as_ref().is_none_or(UnevenEmission::shines));
         all
     }
 
@@ -262,14 +262,14 @@ impl Luminaires {
     /// Adds the luminaires of the carried materials, even ones.
     fn with_even(mut self, scene: &Scene) -> Luminaires {
         let groups = self.groups(scene);
-        self.convex_lamps = convex_lamps(scene, &groups);
+        self.convex_luminaires = convex_luminaires(scene, &groups);
         for faces in divided(scene, groups) {
-            let lamp = self.convex_lamp(faces[0]);
-            let whole = faces.iter().all(|&f| self.convex_lamp(f) == lamp);
+            let convex = self.convex_luminaire(faces[0]);
+            let whole = faces.iter().all(|&f| self.convex_luminaire(f) == convex);
             let radiance = self.radiances[scene.faces[faces[0] as usize].material as usize];
             let emitter = self.emitters.of_face(scene, faces[0]);
             let front = Luminaire::new(scene, radiance, &faces, Side::Front);
-            self.list.push(Luminaire { convex_lamp: lamp.filter(|_| whole), emitter, ..front });
+            self.list.push(Luminaire { convex_luminaire: convex.filter(|_| whole), emitter, ..front });
             if scene.material(faces[0]).sides == Sides::Two {
                 self.list.push(Luminaire { emitter, ..Luminaire::new(scene, radiance, &faces, Side::Back) });
             }
@@ -282,9 +282,9 @@ impl Luminaires {
         self.punctual_emitters[k]
     }
 
-    /// The convex lamp that a face belongs to, if to one.
-    pub(crate) fn convex_lamp(&self, face: u32) -> Option<u32> {
-        self.convex_lamps.get(face as usize).copied().flatten()
+    /// The convex luminaire that a face belongs to, if to one.
+    pub(crate) fn convex_luminaire(&self, face: u32) -> Option<u32> {
+        self.convex_luminaires.get(face as usize).copied().flatten()
     }
 
     /// Faces of the carried materials, an object and material together, in the order of their first faces.
@@ -340,7 +340,7 @@ mod tests {
     }
 
     #[test]
-    fn lamps_are_luminaires_and_a_furnace_is_not() {
+    fn small_emitters_are_luminaires_and_a_furnace_is_not() {
         for (name, luminaires) in [
             ("cornell-box", true),
             ("furnace", false),
@@ -366,7 +366,7 @@ mod tests {
     }
 
     #[test]
-    fn lamps_that_lie_apart_are_no_pieces_of_one() {
+    fn luminaires_that_lie_apart_are_no_pieces_of_one() {
         let pieces = |pitch: f64| divided(&panels(300, pitch), vec![(0..600).collect()]);
         assert_eq!(pieces(0.02).len(), 300);
         let touching = pieces(0.01);
@@ -375,12 +375,12 @@ mod tests {
     }
 
     #[test]
-    fn few_faces_are_as_many_luminaires_as_lamps_where_those_are_many() {
-        let lamps = |count: u32, pitch: f64| divided(&panels(count, pitch), vec![(0..2 * count).collect()]).len();
-        assert_eq!(lamps(100, 0.03), 100);
-        assert_eq!(lamps(FEW_LUMINAIRES as u32, 0.03), 1);
+    fn few_faces_are_as_many_luminaires_as_lie_apart_where_those_are_many() {
+        let pieces = |count: u32, pitch: f64| divided(&panels(count, pitch), vec![(0..2 * count).collect()]).len();
+        assert_eq!(pieces(100, 0.03), 100);
+        assert_eq!(pieces(FEW_LUMINAIRES as u32, 0.03), 1);
         // Gaps of a quarter of a panel leave them one.
-        assert_eq!(lamps(100, 0.0125), 1);
+        assert_eq!(pieces(100, 0.0125), 1);
     }
 
     #[test]
@@ -393,7 +393,7 @@ mod tests {
                 (0..scene.faces.len() as u32).filter(own).collect()
             })
             .collect();
-        let parts = convex_lamps(&scene, &groups);
+        let parts = convex_luminaires(&scene, &groups);
         for (faces, name) in groups.iter().zip(&scene.objects) {
             let convex = faces.iter().filter(|&&f| parts[f as usize].is_some()).count();
             let radius = |&f: &u32| scene.corners(f)[0].length();

@@ -28,7 +28,7 @@ impl Occlusion {
         Occlusion::of(transports, rays.anything_occludes())
     }
 
-    /// The simplest model between the scene and lights without area, which may be outside of it.
+    /// The simplest model between the scene and punctual lights, which may be outside of it.
     pub(crate) fn of_punctual(
         scene: &Scene,
         rays: &Rays,
@@ -61,7 +61,7 @@ impl Occlusion {
     }
 }
 
-/// Whether a light lies on the scene's side of every face's plane, all faces lying on the scene's convex hull.
+/// Whether a punctual light lies on the scene's side of every face's plane, all faces lying on the scene's convex hull.
 fn is_inside(scene: &Scene, light: &PunctualLight) -> bool {
     let Some(PunctualPlace { position, .. }) = light.form.place() else { return false };
     let middle = scene.vertices.iter().map(|v| v.as_dvec3()).sum::<DVec3>() / scene.vertices.len() as f64;

@@ -31,14 +31,14 @@ pub(crate) const FLAT: f64 = 1e-6;
 pub(crate) struct Body {
     pub corners: Vec<DVec3>,
     pub plane: Option<(DVec3, f64)>,
-    /// The convex lamp it belongs to, if to one.
-    pub convex_lamp: Option<u32>,
+    /// The convex luminaire it belongs to, if to one.
+    pub convex_luminaire: Option<u32>,
 }
 
 /// A convex body that holds a luminaire: its corners, or a box around them where they are many.
 pub(crate) fn luminaire_body(luminaire: &Luminaire) -> Body {
     let body = Body::new(luminaire.corners()).unwrap_or_else(|| Body::of_box(&Bounds::of(luminaire.corners())));
-    Body { convex_lamp: luminaire.convex_lamp, ..body }
+    Body { convex_luminaire: luminaire.convex_luminaire, ..body }
 }
 
 /// A patch's corners, counter-clockwise seen from the side it lies on.
@@ -53,7 +53,7 @@ pub(crate) fn patch_body(patches: &Patches, i: usize) -> Option<Body> {
 impl Body {
     /// `None` where there are too many corners.
     pub(crate) fn new(corners: impl Iterator<Item = DVec3>) -> Option<Body> {
-        let mut body = Body { corners: Vec::new(), plane: None, convex_lamp: None };
+        let mut body = Body { corners: Vec::new(), plane: None, convex_luminaire: None };
         let mut area = DVec3::ZERO;
         let all: Vec<DVec3> = corners.collect();
         for t in all.chunks_exact(3) {
@@ -91,7 +91,7 @@ impl Body {
                 corners.push(p);
             }
         }
-        Body { corners, plane: None, convex_lamp: None }
+        Body { corners, plane: None, convex_luminaire: None }
     }
 
     /// The plane that this and another body lie in, if in one.
@@ -100,10 +100,10 @@ impl Body {
         (n.dot(m) > 1.0 - 1e-12 && (p - q).abs() <= FLAT).then_some((n, p))
     }
 
-    /// Whether a caster may hide the front of the body: it rises above its plane, and is not of the same convex lamp,
-    /// no face of which hides another from where that one's front is seen.
+    /// Whether a caster may hide the front of the body: it rises above its plane, and is not of the same convex
+    /// luminaire, no face of which hides another from where that one's front is seen.
     pub(crate) fn reached_by(&self, caster: &Caster) -> bool {
-        if caster.convex_lamp.is_some() && caster.convex_lamp == self.convex_lamp {
+        if caster.convex_luminaire.is_some() && caster.convex_luminaire == self.convex_luminaire {
             return false;
         }
         let Some((normal, offset)) = self.plane else {
@@ -151,14 +151,14 @@ impl Shafts {
         if casters.len() * count * patches.len() > MOST_TESTS {
             return Shafts::default();
         }
-        let lamps: Vec<(Body, usize)> = luminaires.list.iter().map(|l| (luminaire_body(l), most_faces(l))).collect();
+        let bodies: Vec<(Body, usize)> = luminaires.list.iter().map(|l| (luminaire_body(l), most_faces(l))).collect();
         let list = |i: usize| -> Vec<Option<Vec<u32>>> {
             if !receives[i] {
                 return vec![Some(Vec::new()); count];
             }
             let patch = patch_body(patches, i);
-            let one = |(lamp, most): &(Body, usize)| between(patch.as_ref()?, lamp, *most, &casters);
-            lamps.iter().map(one).collect()
+            let one = |(body, most): &(Body, usize)| between(patch.as_ref()?, body, *most, &casters);
+            bodies.iter().map(one).collect()
         };
         let of_patches = Loop::weighed(patches.len(), |i| f64::from(u8::from(receives[i]))).map(list);
         let lists: Vec<Option<Vec<u32>>> = of_patches.into_iter().flatten().collect();
@@ -217,7 +217,7 @@ pub(crate) fn casters(scene: &Scene, rays: &Rays, luminaires: &Luminaires, tau: 
                 normal: (b - a).cross(c - a).normalize_or_zero(),
                 tau: f64::from(tau[scene.faces[face as usize].material as usize]),
                 masked: scene.is_masked(face),
-                convex_lamp: luminaires.convex_lamp(face),
+                convex_luminaire: luminaires.convex_luminaire(face),
             }
         })
         .filter(|c| c.tau < 1.0 && c.normal != DVec3::ZERO)
@@ -230,8 +230,8 @@ pub(crate) fn most_faces(luminaire: &Luminaire) -> usize {
 }
 
 /// The casters between two bodies; `None` where they are more than `most`, or one has a mask.
-fn between(patch: &Body, lamp: &Body, most: usize, casters: &[Caster]) -> Option<Vec<u32>> {
-    let shaft = Shaft::new(patch, lamp);
+fn between(patch: &Body, luminaire: &Body, most: usize, casters: &[Caster]) -> Option<Vec<u32>> {
+    let shaft = Shaft::new(patch, luminaire);
     let list: Vec<u32> = shaft.holds_of(casters, 0..casters.len() as u32).take(most + 1).collect();
     let is_masked = |&k: &u32| casters[k as usize].masked;
     (list.len() <= most && !list.iter().any(is_masked)).then_some(list)
@@ -245,9 +245,9 @@ pub(crate) struct Shaft<'a> {
 }
 
 impl<'a> Shaft<'a> {
-    pub(crate) fn new(patch: &'a Body, lamp: &'a Body) -> Shaft<'a> {
-        let hull: Vec<DVec3> = patch.corners.iter().chain(&lamp.corners).copied().collect();
-        Shaft { ends: [patch, lamp], bounds: Bounds::of(hull.iter().copied()), hull }
+    pub(crate) fn new(patch: &'a Body, luminaire: &'a Body) -> Shaft<'a> {
+        let hull: Vec<DVec3> = patch.corners.iter().chain(&luminaire.corners).copied().collect();
+        Shaft { ends: [patch, luminaire], bounds: Bounds::of(hull.iter().copied()), hull }
     }
 
     /// Those `among` the casters that may lie between the bodies.

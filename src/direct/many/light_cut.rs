@@ -5,9 +5,9 @@
 //! form, shadows cut out. The rest is sampled ([`crate::direct::drawn_light`]). Nodes with a small part of the patch's
 //! light are sampled without a test of occlusion, at little noise.
 //!
-//! Worth: rooms under 36 and 324 lamps of two colours at 2 % take 1.2 and 1.3 times the CPU seconds without
-//! polynomials, one with 90 lamps of many faces 2.1 times (git log). After B. Walter et al., *Lightcuts*, 2005. Not
-//! handled: hierarchies of faces; where faces are too many all luminaires are sampled. On curved patches no node is
+//! Worth: rooms under 36 and 324 luminaires of two colours at 2 % take 1.2 and 1.3 times the CPU seconds without
+//! polynomials, one with 90 luminaires of many faces 2.1 times (git log). After B. Walter et al., *Lightcuts*, 2005.
+//! Not handled: hierarchies of faces; where faces are too many all luminaires are sampled. On curved patches no node is
 //! culled, and only nodes far from the patch count as visible.
 
 use glam::{DVec3, Vec2};

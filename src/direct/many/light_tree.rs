@@ -227,8 +227,8 @@ fn join(range: Range<usize>, children: [usize; 2], nodes: &[Node], sums: &Sums) 
     let reach = |n: &Node| axis.dot(n.axis).clamp(-1.0, 1.0).acos() + n.spread;
     let mut body = Body::of_box(&bounds);
     body.plane = a.body.common_plane(&b.body);
-    if a.body.convex_lamp == b.body.convex_lamp {
-        body.convex_lamp = a.body.convex_lamp;
+    if a.body.convex_luminaire == b.body.convex_luminaire {
+        body.convex_luminaire = a.body.convex_luminaire;
     }
     Node {
         range,
@@ -278,7 +278,7 @@ mod tests {
     }
 
     /// Nine small red and blue squares that face down, over a floor.
-    fn lamps() -> Luminaires {
+    fn small_squares() -> Luminaires {
         let floor = Material::new("floor", Rgb::splat(0.5), Rgb::ZERO);
         let red = Material::new("red", Rgb::ZERO, Rgb::new(3.0, 1.0, 0.0));
         let blue = Material::new("blue", Rgb::ZERO, Rgb::new(0.0, 1.0, 2.0));
@@ -305,7 +305,7 @@ mod tests {
 
     #[test]
     fn moments_have_errors_of_third_order_in_every_channel() {
-        let luminaires = lamps();
+        let luminaires = small_squares();
         let tree = LightTree::new(&luminaires, &all(&luminaires), TOLERABLE);
         let root = &tree.nodes[tree.root()];
         let away = DVec3::new(0.3, -0.2, -1.0).normalize();
@@ -327,7 +327,7 @@ mod tests {
 
     #[test]
     fn luminaires_are_drawn_by_power() {
-        let luminaires = lamps();
+        let luminaires = small_squares();
         let tree = LightTree::new(&luminaires, &all(&luminaires), TOLERABLE);
         let whole = 0..tree.order.len();
         let power = |l: u32| {

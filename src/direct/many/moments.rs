@@ -12,7 +12,7 @@
 //! vector of each for every channel, so that this holds for every channel. Where all normals are equal, and the
 //! channels have equal second moments, the vectors are parallel, and up to six points are enough.
 //!
-//! Worth: a room under 324 lamps of two colours at 2 % takes 1.2 to 1.3 times the CPU seconds without the form for
+//! Worth: a room under 324 luminaires of two colours at 2 % takes 1.2 to 1.3 times the CPU seconds without the form for
 //! equal normals (git log).
 //!
 //! Not handled: occlusion; luminaires that face away from the receiver and points below its horizon, where

@@ -268,8 +268,8 @@ impl Measured {
 
 /// The noise of the picture and its signal, with the light of the patches for what is reflected more than once.
 ///
-/// The signal is reflected light only, as slivers of a small bright lamp would outshine all of it. The noise includes
-/// emission up to twice the signal, for the outlines of lamps.
+/// The signal is reflected light only, as slivers of a small bright emitter would outshine all of it. The noise
+/// includes emission up to twice the signal, for the outlines of emitters.
 pub(crate) fn measure(pixels: &[Pixel]) -> Measured {
     let mut measured = Measured::default();
     for pixel in pixels {
@@ -455,19 +455,19 @@ mod tests {
     }
 
     #[test]
-    fn a_sliver_of_a_lamp_makes_no_error_small() {
+    fn a_sliver_of_an_emitter_makes_no_error_small() {
         let share = |pixels: &[Pixel]| {
             let Measured { variance, signal, .. } = measure(pixels);
             variance / signal
         };
         let mut pixels: Vec<Pixel> = (0..16).map(|_| pixel(64, [1.0, 0.9])).collect();
         let without = share(&pixels);
-        let lamp = DVec3::splat(64.0 * 500.0);
-        (pixels[3].light.emitted, pixels[3].met.emitting) = ([lamp; 2], 1);
+        let emitted = DVec3::splat(64.0 * 500.0);
+        (pixels[3].light.emitted, pixels[3].met.emitting) = ([emitted; 2], 1);
         assert!((share(&pixels) / without - 1.0).abs() < 1e-9, "{} {without}", share(&pixels));
-        pixels[3].light.emitted = [lamp, DVec3::ZERO];
-        assert!(share(&pixels) > without, "the lamp's outline is noise");
-        // A picture of nothing but lamps is judged by them.
+        pixels[3].light.emitted = [emitted, DVec3::ZERO];
+        assert!(share(&pixels) > without, "the emitter's outline is noise");
+        // A picture of nothing but emitters is judged by them.
         pixels.iter_mut().for_each(|pixel| pixel.counts_emission = true);
         assert!(share(&pixels) > 100.0 * without);
     }

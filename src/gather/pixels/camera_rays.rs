@@ -5,7 +5,7 @@
 //! whose difference estimates the standard error.
 //!
 //! A luminaire of which the first eight rays of each half saw all or nothing has one point a ray from then on, others
-//! four: in a bathroom with eleven lamps half of all rays.
+//! four: in a bathroom with eleven luminaires half of all rays.
 //!
 //! Not handled: indirect light, which comes from the irradiance cache.
 

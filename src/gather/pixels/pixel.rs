@@ -42,7 +42,7 @@ pub(crate) struct Met {
     pub reflecting: u32,
     /// Camera rays that met the black back of a one-sided face.
     pub backs: u32,
-    /// Rays cast, to lights as well.
+    /// Rays cast, to luminaires and punctual lights as well.
     pub rays: u64,
     /// Luminaires of which they saw a part, by [`bit`].
     pub partly_hidden: u64,

@@ -116,7 +116,7 @@ impl IndirectLight {
             auxiliary_rms: self.auxiliary_rms(pixels, fields),
             backs: backs as f64 / cast,
             sees: reflecting as f64 / cast,
-            lamp_rays: rays as f64 / cast - 1.0,
+            luminaire_rays: rays as f64 / cast - 1.0,
             rays,
             picture_fields: fields.picture_fields(),
         }

@@ -45,7 +45,7 @@ pub(crate) struct PictureCost {
     hemisphere: f64,
     /// Rays that a hemisphere ray takes until it has read.
     price: f64,
-    /// Rays that a camera ray takes with those to lamps.
+    /// Rays that a camera ray takes with those to luminaires and punctual lights.
     camera_ray: f64,
 }
 

@@ -162,8 +162,8 @@ impl Check {
 /// The light of every pixel of a rough picture over their mean, within limits: dark pixels are sampled too, and
 /// luminaires are no part of the error.
 pub(crate) fn brightness(rough: &Gathered) -> Vec<f32> {
-    let (picture, lamps) = (rough.total(), &rough.emission);
-    let light = picture.pixels.iter().zip(&lamps.pixels);
+    let (picture, emission) = (rough.total(), &rough.emission);
+    let light = picture.pixels.iter().zip(&emission.pixels);
     let own = light.map(|(l, e)| if e.max_element() > 0.0 { 0.0 } else { l.element_sum() });
     let own: Vec<f32> = own.collect();
     let mean = own.iter().sum::<f32>() / own.len().max(1) as f32;
@@ -214,8 +214,8 @@ mod tests {
         Checked { goal, solved, check }
     }
 
-    /// As in a street at night: patches mix the direct light of lamps close to what they light, which two levels of
-    /// patches do not show (0.62 % with 1.2 true) and paths do.
+    /// As in a street at night: patches mix the direct light of luminaires close to what they light, which two levels
+    /// of patches do not show (0.62 % with 1.2 true) and paths do.
     #[test]
     fn what_paths_show_is_stated_with_its_standard_error() {
         let stated = |error: f64, noise: f64| {

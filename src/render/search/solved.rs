@@ -57,7 +57,7 @@ pub(crate) struct Rough {
     pub gathered: Gathered,
     /// Camera rays of each pixel.
     pub camera: u32,
-    /// Rays that a camera ray of the picture takes with those to lights.
+    /// Rays that a camera ray of the picture takes with those to luminaires and punctual lights.
     pub camera_ray: f64,
 }
 
@@ -258,7 +258,7 @@ impl Solved {
             if noise <= ROUGH_NOISE || camera == ROUGH_RAYS || goal.is_late() {
                 gathered.rays = rays;
                 gathered.error = gathered.error.over_signal_alone();
-                let camera_ray = 1.0 + f64::from(self.mode.lights.visibility_rays()) * gathered.lamp_rays;
+                let camera_ray = 1.0 + f64::from(self.mode.lights.visibility_rays()) * gathered.luminaire_rays;
                 return Rough { gathered, camera, camera_ray };
             }
             camera *= 2;

@@ -1,10 +1,10 @@
-//! The emitters of a scene by name: every object or material that emits, the sky, and each light without area.
+//! The emitters of a scene by name: every object or material that emits, the sky, and each punctual light.
 //!
 //! Light is linear in E. With E the sum of the emitters' own, L is the sum of `(I - K)^-1 E_e`, and each of them may be
 //! kept apart from the same rays.
 //!
 //! The emitting faces of one object and material are one emitter. It has the object's name; the material's where an
-//! object has several that emit, or the scene has one object. Lights without area have the names that the file gives
+//! object has several that emit, or the scene has one object. Punctual lights have the names that the file gives
 //! them, others are numbered. Not handled: names that are taken to be the same but for case.
 
 use std::collections::HashMap;
@@ -19,7 +19,7 @@ pub struct Emitters {
     names: Vec<String>,
     /// Of every object and material that emit.
     of: HashMap<(u32, u32), u16>,
-    /// Of every light without area, of those that shine or not.
+    /// Of every punctual light, of those that shine or not.
     of_lights: Vec<u16>,
 }
 
@@ -122,7 +122,7 @@ mod tests {
         assert_eq!([0, 1, 2].map(|k| emitters.of_light(k)), [2, 3, 4]);
         let last = scene.faces.len() as u32 - 1;
         assert_eq!([last, last - 1].map(|face| emitters.of_face(&scene, face)), [1, 1]);
-        // Two lamps of one object are told apart by their materials.
+        // Two emitters of one object are told apart by their materials.
         let mut scene = Scene::open("cornell-box").expect("a scene");
         let object = scene.faces[0].object;
         for (k, name) in ["red", "blue"].into_iter().enumerate() {

@@ -79,7 +79,7 @@ pub struct Shooting<'a> {
     /// The E that are kept apart; none where there is but that of the shooter.
     sources: Option<&'a [EmitterLight]>,
     ledger: Ledger,
-    /// `pi sum A E_invisible`, and what lights without area bring to the patches, W over all channels.
+    /// `pi sum A E_invisible`, and what punctual lights bring to the patches, W over all channels.
     emitted: f64,
     progress: Progress,
     growth: Growth,
@@ -242,7 +242,7 @@ impl<'a> Shooting<'a> {
         sources.iter().flat_map(|source| &source.received).any(|r| *r != Rgb::ZERO)
     }
 
-    /// Lets the emitters among `patches` and lights without area send all they emit, once: the first bounce by closed
+    /// Lets the emitters among `patches` and punctual lights send all they emit, once: the first bounce by closed
     /// form.
     fn receive_emitted(&mut self, patches: &[usize]) {
         patches.iter().for_each(|&i| drop(self.ledger.take(i)));

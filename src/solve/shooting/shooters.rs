@@ -70,11 +70,11 @@ pub trait Shooter: Sync {
     /// The patches.
     fn surfaces(&self) -> Surfaces<'_>;
 
-    /// `F E` of the emitters that do not shoot their emission themselves, lights without area included, W/(m² sr), and
+    /// `F E` of the emitters that do not shoot their emission themselves, punctual lights included, W/(m² sr), and
     /// how many rays it took.
     fn received(&self) -> (&[Rgb], u64);
 
-    /// Power that lights without area bring to the patches, W over all channels.
+    /// Power that punctual lights bring to the patches, W over all channels.
     fn punctual(&self) -> f64;
 
     /// Whether patch i's emission comes by [`Shooter::received`].
@@ -131,7 +131,7 @@ pub enum Emitted {
     /// Closed form times visibility, the estimate the operator uses.
     #[default]
     ClosedForm,
-    /// Rays from the luminaires, as for reflected light: power is conserved to rounding. Lights without area go by
+    /// Rays from the luminaires, as for reflected light: power is conserved to rounding. Punctual lights go by
     /// closed form all the same.
     Rays,
 }
@@ -191,7 +191,7 @@ pub struct RayShooter {
     received: (Vec<Rgb>, u64),
     /// Per patch: it stands for a half of the sky.
     sky: Vec<bool>,
-    /// Power that lights without area bring to the patches, W over all channels.
+    /// Power that punctual lights bring to the patches, W over all channels.
     punctual: f64,
     sobol: Sobol,
     settings: RaySettings,
@@ -212,7 +212,7 @@ impl RayShooter {
             Emitted::Rays => (vec![Rgb::ZERO; patches.len()], 0),
             Emitted::ClosedForm => by_rays.receive_emitted(&receives, &sampling, &|_| ()),
         };
-        // Lights without area shoot no rays: theirs is closed form in any case.
+        // Punctual lights shoot no rays: theirs is closed form in any case.
         let (punctual, more) = by_rays.receive_punctual(&receives, &sampling);
         received.0.iter_mut().zip(&punctual).for_each(|(sum, l)| *sum += *l);
         received.1 += more;
