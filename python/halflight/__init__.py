@@ -29,11 +29,11 @@ from halflight._errors import (
     ToleranceWarning,
 )
 from halflight._factors import Factors, PatchFactors, factors, patch_factors
+from halflight._figures import plot_bounces, plot_map, to_pyvista
 from halflight._map import StabilityMap, stability_map
 from halflight._native import __version__
 from halflight._operator import Operator, Patches
 from halflight._picture import Errors, Picture, Seconds, read_picture, render, save_picture, trace
-from halflight._plots import plot_bounces, plot_map, to_pyvista
 from halflight._points import Irradiance, lux, points
 from halflight._scene import Camera, Material, Scene, cornell_box, load, scenes
 from halflight._solution import Bounce, Bounces, Lamps, Solution, bounces, solve

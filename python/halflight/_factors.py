@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from halflight import _arguments as arguments
-from halflight import _native
+from halflight import _native, _show
 from halflight._errors import ToleranceWarning
 from halflight._operator import sparse
 from halflight._picture import of
@@ -80,9 +80,7 @@ class Factors:
         return f"<halflight.Factors: {len(self.names)} objects ({shown}){', sky' if self.sky is not None else ''}>"
 
     def _repr_html_(self) -> str:
-        from halflight import _show
-
-        return _show.factors(self)
+        return _show.factors(self.names, self.matrix, self.sky)
 
 
 def _unlike(name: str, names: list[str]) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from halflight import _arguments as arguments
-from halflight import _native
+from halflight import _native, _plots
 from halflight._picture import of
 from halflight._scene import Scene
 
@@ -67,8 +67,6 @@ class StabilityMap:
         axes : matplotlib Axes, optional
             Where to draw.
         """
-        from halflight import _plots
-
         return cast("matplotlib.figure.Figure", _plots.stability(self, axes))
 
     def __repr__(self) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from halflight import _arguments as arguments
-from halflight import _native
+from halflight import _native, _show
 from halflight._errors import SceneWarning, ToleranceWarning
 from halflight._scene import Scene
 
@@ -216,8 +216,6 @@ class Picture(np.ndarray[tuple[int, int, int], np.dtype[np.float32]]):
         return words if seconds is None else f"{words}, {seconds.total:.2f} s"
 
     def _repr_html_(self) -> str | None:
-        from halflight import _show
-
         if self.ndim != 3 or self.shape[-1] != 3 or self.size == 0:
             return None
         return _show.picture(self, self._said())

@@ -3,17 +3,44 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-if TYPE_CHECKING:
-    from halflight._map import StabilityMap
-    from halflight._solution import Solution
+__all__ = ["Curve", "Map", "bounces", "mesh", "stability"]
 
-__all__ = ["plot_bounces", "plot_map", "to_pyvista"]
+Float64 = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A series over n: norms of its terms, and the proved bounds on all that follows each."""
+
+    label: str
+    norm: Float64
+    tail_bound: Float64
+
+
+class Map(Protocol):
+    """What is drawn of a stability map; its attributes are those of :class:`halflight.StabilityMap`."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def alpha(self) -> Float64: ...
+    @property
+    def tau(self) -> Float64: ...
+    @property
+    def lower(self) -> Float64: ...
+    @property
+    def upper(self) -> Float64: ...
+    @property
+    def frontier(self) -> Float64: ...
+    @property
+    def variance_frontier(self) -> Float64: ...
 
 
 def _figure(axes: Any, size: tuple[float, float]) -> tuple[Any, Any]:
@@ -39,18 +66,16 @@ def _figure(axes: Any, size: tuple[float, float]) -> tuple[Any, Any]:
     return figure, figure.add_subplot()
 
 
-def bounces(solutions: Sequence[Solution], axes: Any = None) -> Any:
+def bounces(curves: Sequence[Curve], axes: Any = None) -> Any:
     """Norms of the terms and the proved bounds on what follows each, over n."""
     figure, own = _figure(axes, (7.0, 4.4))
-    for k, solution in enumerate(solutions):
-        terms = solution.bounces
-        n, colour = np.arange(len(terms)), f"C{k}"
-        label = f"{solution.scene.name}, {solution._system.label()}: {solution.verdict}"
-        seen = terms.norm > 0.0
-        own.semilogy(n[seen], terms.norm[seen], "o-", color=colour, ms=4, label=label)
-        bounded = terms.tail_bound > 0.0
+    for k, curve in enumerate(curves):
+        n, colour = np.arange(len(curve.norm)), f"C{k}"
+        seen = curve.norm > 0.0
+        own.semilogy(n[seen], curve.norm[seen], "o-", color=colour, ms=4, label=curve.label)
+        bounded = curve.tail_bound > 0.0
         if bounded.any():
-            own.semilogy(n[bounded], terms.tail_bound[bounded], "--", color=colour, lw=1.2)
+            own.semilogy(n[bounded], curve.tail_bound[bounded], "--", color=colour, lw=1.2)
     own.plot([], [], "--", color="0.4", lw=1.2, label="proved bound on all later terms")
     own.set_xlabel("bounce n")
     own.set_ylabel("norm of KⁿE, W/(m² sr)")
@@ -62,7 +87,7 @@ def bounces(solutions: Sequence[Solution], axes: Any = None) -> Any:
     return figure
 
 
-def stability(own: StabilityMap, axes: Any = None) -> Any:
+def stability(own: Map, axes: Any = None) -> Any:
     """The spectral radius over the square, with both frontiers."""
     figure, ax = _figure(axes, (6.0, 5.0))
     middle = 0.5 * (own.lower + own.upper)
@@ -86,72 +111,16 @@ def stability(own: StabilityMap, axes: Any = None) -> Any:
     return figure
 
 
-def mesh(solution: Solution) -> Any:
-    """The patches as pyvista's mesh, with the light of every bounce on their triangles."""
+def mesh(corners: Float64, cells: Iterable[tuple[str, npt.NDArray[Any]]]) -> Any:
+    """Triangles, (n, 3, 3), as pyvista's mesh with named values on each, of which ``L`` is shown."""
     try:
         import pyvista
     except ImportError:
         raise ImportError("meshes need pyvista: pip install pyvista") from None
-    patches = solution.patches
-    corners, owner = patches.triangles, patches.triangle_patch
     count = len(corners)
     faces = np.column_stack([np.full(count, 3), np.arange(3 * count).reshape(count, 3)])
     made = pyvista.PolyData(corners.reshape(-1, 3), faces.ravel())
-
-    def put(name: str, values: npt.NDArray[Any]) -> None:
-        made.cell_data[name] = patches.on_triangles(values)
-
-    put("L", solution.light[:, 1])
-    put("L_invisible", solution.light[:, 0])
-    for bounce in solution.bounces:
-        put(f"bounce_{bounce.n}", bounce.light[:, 1])
-    put("rho", patches.rho)
-    put("alpha", patches.alpha)
-    put("area", patches.areas)
-    put("material", patches.materials)
-    put("object", patches.objects)
-    made.cell_data["patch"] = owner
+    for name, values in cells:
+        made.cell_data[name] = values
     made.set_active_scalars("L", preference="cell")
     return made
-
-
-def plot_bounces(*solutions: Solution, axes: Any = None) -> Any:
-    """Norms of the terms of one or several solutions, with the proved bounds on what follows; needs matplotlib.
-
-    Parameters
-    ----------
-    *solutions : Solution
-        What is drawn, a line each.
-    axes : matplotlib Axes, optional
-        Where to draw.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
-    from halflight._solution import Solution
-
-    for k, solution in enumerate(solutions):
-        if not isinstance(solution, Solution):
-            raise TypeError(f"solutions[{k}] must be a halflight.Solution, not {solution!r}")
-    if not solutions:
-        raise TypeError("give one solution or several")
-    return bounces(solutions, axes)
-
-
-def plot_map(stability_map: StabilityMap, axes: Any = None) -> Any:
-    """A stability map with both frontiers; needs matplotlib. See :meth:`StabilityMap.plot`."""
-    from halflight._map import StabilityMap
-
-    if not isinstance(stability_map, StabilityMap):
-        raise TypeError(f"stability_map must be a halflight.StabilityMap, not {stability_map!r}")
-    return stability(stability_map, axes)
-
-
-def to_pyvista(solution: Solution) -> Any:
-    """The patches of a solution as a mesh for pyvista. See :meth:`Solution.to_pyvista`."""
-    from halflight._solution import Solution
-
-    if not isinstance(solution, Solution):
-        raise TypeError(f"solution must be a halflight.Solution, not {solution!r}")
-    return mesh(solution)

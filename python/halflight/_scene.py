@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from halflight import _arguments as arguments
-from halflight import _native
+from halflight import _native, _show
 from halflight._errors import SceneWarning, in_python
 
 __all__ = ["Camera", "Material", "Scene", "cornell_box", "load", "scenes"]
@@ -365,9 +365,7 @@ class Scene:
         return f"<halflight.Scene {self.name}: {self.triangles} triangles, luminaires: {lights}>"
 
     def _repr_html_(self) -> str:
-        from halflight import _show
-
-        return _show.scene(self)
+        return _show.scene(self._held, repr(self).strip("<>"))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (_scene_of_bytes, (self._held.to_bytes(), self._camera))

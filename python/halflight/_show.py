@@ -5,20 +5,35 @@ from __future__ import annotations
 import base64
 import html
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
+from halflight import _arguments as arguments
 from halflight import _native
-
-if TYPE_CHECKING:
-    from halflight._factors import Factors
-    from halflight._scene import Scene
-    from halflight._solution import Solution
 
 #: Pixels along the longer side that are shown at most, and of a scene's preview.
 MOST = 1024
 PREVIEW = 192
+
+
+class Term(Protocol):
+    """What the table of bounces says of each."""
+
+    @property
+    def n(self) -> int: ...
+    @property
+    def power(self) -> npt.NDArray[np.float64]: ...
+    @property
+    def norm(self) -> float: ...
+    @property
+    def ratio(self) -> float: ...
+    @property
+    def tail_bound(self) -> float: ...
+    @property
+    def error(self) -> float: ...
 
 
 def image(pixels: Any, title: str = "") -> str:
@@ -48,16 +63,16 @@ def picture(pixels: Any, said: str) -> str:
     return f"<figure>{image(pixels, said)}<figcaption>{html.escape(said)}</figcaption></figure>"
 
 
-def scene(own: Scene) -> str:
-    """A quick picture, and what the scene holds."""
-    words = repr(own).strip("<>")
+def scene(held: _native.Scene, said: str) -> str:
+    """A quick picture of a scene, and what is said of it."""
     try:
-        from halflight._solution import solve
-
-        solved = solve(own, patches=500, rays=32, bounces=2)
-        return picture(solved.picture(size=(PREVIEW, PREVIEW), samples=16), words)
+        asked = arguments.run(0, None, None)
+        pair = arguments.transport(None, None, None, held.transport())
+        system = _native.assemble(held, pair, arguments.fineness(500, 32), False, asked)
+        series = _native.first_terms(system, 2)
+        return picture(_native.solution_picture(system, series, (PREVIEW, PREVIEW), 16, asked), said)
     except Exception:  # A scene without light has no picture, and a notebook shows its words.
-        return f"<p>{html.escape(words)}</p>"
+        return f"<p>{html.escape(said)}</p>"
 
 
 def number(value: float) -> str:
@@ -65,8 +80,8 @@ def number(value: float) -> str:
     return "" if math.isnan(value) else f"{value:.4g}"
 
 
-def solution(own: Solution) -> str:
-    """The table of bounces."""
+def solution(terms: Sequence[Term], said: str) -> str:
+    """What is said of a solution, and the table of its bounces."""
     head = ["term", "R, W", "G, W", "B, W", "norm", "ratio", "all later, at most", "error"]
     most = 20
     rows = [
@@ -78,19 +93,19 @@ def solution(own: Solution) -> str:
             number(b.tail_bound),
             "" if math.isnan(b.error) else f"{100 * b.error:.2f} %",
         ]
-        for b in own.bounces[:most]
+        for b in terms[:most]
     ]
-    more = f"<p>and {len(own.bounces) - most} more</p>" if len(own.bounces) > most else ""
-    return f"<p>{html.escape(repr(own).strip('<>'))}</p>{table(head, rows)}{more}"
+    more = f"<p>and {len(terms) - most} more</p>" if len(terms) > most else ""
+    return f"<p>{html.escape(said)}</p>{table(head, rows)}{more}"
 
 
-def factors(own: Factors) -> str:
+def factors(names: list[str], matrix: npt.NDArray[np.float64], sky: npt.NDArray[np.float64] | None) -> str:
     """The matrix, rows and columns named; its first rows and columns where they are many."""
     most = 20
-    names = own.names[:most] + (["sky"] if own.sky is not None else [])
+    columns = names[:most] + (["sky"] if sky is not None else [])
     rows = []
-    for i, name in enumerate(own.names[:most]):
-        sky = [] if own.sky is None else [f"{own.sky[i]:.5f}"]
-        rows.append([name, *(f"{x:.5f}" for x in own.matrix[i, :most]), *sky])
-    more = f"<p>{most} of {len(own.names)} objects</p>" if len(own.names) > most else ""
-    return table(["from", *names], rows) + more
+    for i, name in enumerate(names[:most]):
+        last = [] if sky is None else [f"{sky[i]:.5f}"]
+        rows.append([name, *(f"{x:.5f}" for x in matrix[i, :most]), *last])
+    more = f"<p>{most} of {len(names)} objects</p>" if len(names) > most else ""
+    return table(["from", *columns], rows) + more

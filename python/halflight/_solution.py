@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from halflight import _arguments as arguments
-from halflight import _native, _points
+from halflight import _native, _plots, _points, _show
 from halflight._errors import ToleranceWarning
 from halflight._kept import Kept, assembled_again, kept
 from halflight._operator import Operator, Patches
@@ -319,9 +319,12 @@ class Solution:
         axes : matplotlib Axes, optional
             Where to draw.
         """
-        from halflight import _plots
+        return cast("matplotlib.figure.Figure", _plots.bounces([self._curve()], axes))
 
-        return cast("matplotlib.figure.Figure", _plots.bounces([self], axes))
+    def _curve(self) -> _plots.Curve:
+        terms = self.bounces
+        label = f"{self.scene.name}, {self._system.label()}: {self.verdict}"
+        return _plots.Curve(label, terms.norm, terms.tail_bound)
 
     def to_pyvista(self) -> pyvista.PolyData:
         """The patches as a mesh for pyvista.
@@ -332,9 +335,22 @@ class Solution:
             Triangles with cell data: ``L``, ``L_invisible``, ``bounce_n`` of each term (visible half), ``rho``,
             ``alpha``, ``area``, ``material``, ``object`` and ``patch``.
         """
-        from halflight import _plots
+        patches = self.patches
+        return cast("pyvista.PolyData", _plots.mesh(patches.triangles, self._cells(patches)))
 
-        return cast("pyvista.PolyData", _plots.mesh(self))
+    def _cells(self, patches: Patches) -> Iterator[tuple[str, npt.NDArray[Any]]]:
+        """What a mesh has on its triangles, by name; made one after the other."""
+        light = self.light
+        yield "L", patches.on_triangles(light[:, 1])
+        yield "L_invisible", patches.on_triangles(light[:, 0])
+        for bounce in self.bounces:
+            yield f"bounce_{bounce.n}", patches.on_triangles(bounce.light[:, 1])
+        yield "rho", patches.on_triangles(patches.rho)
+        yield "alpha", patches.on_triangles(patches.alpha)
+        yield "area", patches.on_triangles(patches.areas)
+        yield "material", patches.on_triangles(patches.materials)
+        yield "object", patches.on_triangles(patches.objects)
+        yield "patch", patches.triangle_patch
 
     def __repr__(self) -> str:
         lower, upper = self.radius
@@ -344,9 +360,7 @@ class Solution:
         )
 
     def _repr_html_(self) -> str:
-        from halflight import _show
-
-        return _show.solution(self)
+        return _show.solution(self.bounces, repr(self).strip("<>"))
 
     def __reduce__(self) -> tuple[Any, ...]:
         if self._how[0] == "tolerance":
