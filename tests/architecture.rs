@@ -1,6 +1,6 @@
-//! The structure of the source, held by reading it: light flows one way through the rooms of the core, the witness shares
-//! nothing of the solver, no files import each other in a circle, files open with their purpose and stay short, and one
-//! file alone is unsafe. Which crate may use which is in the manifests.
+//! The structure of the source, held by reading it: light flows one way through the rooms of the core, the witness
+//! shares nothing of the solver, no files import each other in a circle, files open with their purpose and stay short,
+//! and one file alone is unsafe. Which crate may use which is in the manifests.
 //!
 //! Reads text, not syntax: comments and string literals are taken out first. Not handled: names made by macros, and
 //! the module path of a `super` inside a nested inline module, which is taken as that of its file.

@@ -118,8 +118,8 @@ mod tests {
         assert_eq!(draw(&[0.25_f32, 0.75], |&until| until, 0.99).again(), 0.999_999_94);
     }
 
-    /// Evenly spread numbers choose each as often as it weighs, but for one at either end of its part, and leave numbers
-    /// that are as evenly spread.
+    /// Evenly spread numbers choose each as often as it weighs, but for one at either end of its part, and leave
+    /// numbers that are as evenly spread.
     #[test]
     fn each_is_drawn_as_often_as_it_weighs() {
         const DRAWS: usize = 10_000;

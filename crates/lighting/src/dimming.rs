@@ -1,14 +1,14 @@
 //! How far each lamp is to be dimmed so that points are lit as wanted.
 //!
 //! ```text
-//! minimise |A x - b|² + (RIDGE |x|)²,   0 <= x_e <= 1      A_pe illuminance of lamp e at point p at full power, b wanted
+//! minimise |A x - b|² + (RIDGE |x|)²,   0 <= x_e <= 1    A_pe illuminance of lamp e at point p at full power, b wanted
 //! ```
 //!
 //! Light is linear in E, so A is known once every lamp's light was kept apart. Least squares within bounds by an active
-//! set (P. B. Stark, R. L. Parker, *Bounded-variable least-squares*, Computational Statistics 10, 1995): lamps are dark,
-//! at full power or free, and the minimum over the free ones is that of a QR decomposition. The ridge, in units of the
-//! largest illuminance, is far below what anybody measures; where several x are as good, it chooses the least |x|: lamps
-//! that light the points alike are dimmed alike, and one that lights none of them is dark.
+//! set (P. B. Stark, R. L. Parker, *Bounded-variable least-squares*, Computational Statistics 10, 1995): lamps are
+//! dark, at full power or free, and the minimum over the free ones is that of a QR decomposition. The ridge, in units
+//! of the largest illuminance, is far below what anybody measures; where several x are as good, it chooses the least
+//! |x|: lamps that light the points alike are dimmed alike, and one that lights none of them is dark.
 //!
 //! Not handled: lamps that are either on or off; power as a cost.
 
@@ -78,7 +78,8 @@ fn minimum(a: &DMatrix<f64>, b: &DVector<f64>, x: &DVector<f64>, free: &[usize])
     aim
 }
 
-/// The first bound on the way to an aim: the share of the way, whose it is, and where; none where the aim is within all.
+/// The first bound on the way to an aim: the share of the way, whose it is, and where; none where the aim is within
+/// all.
 fn first_bound(x: &DVector<f64>, aim: &DVector<f64>, free: &[usize]) -> Option<(f64, usize, f64)> {
     let beyond = free.iter().filter(|&&e| !(0.0..=1.0).contains(&aim[e]));
     let bounds = beyond.map(|&e| {

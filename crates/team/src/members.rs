@@ -99,8 +99,8 @@ pub fn all<T: Travels>(own: T) -> Vec<T> {
     team.gather(&message).of_ranks().map(|mut message| read(&mut message)).collect()
 }
 
-/// What this process may use of so much that its machine has, in the units of that; the least of all processes, of which
-/// those of one machine have the same share.
+/// What this process may use of so much that its machine has, in the units of that; the least of all processes, of
+/// which those of one machine have the same share.
 pub fn part_of_machine(has: f64) -> f64 {
     let name = std::fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
     let all = all((name, has));

@@ -1,7 +1,7 @@
 //! Values as bytes, on their way from one process to another: what serde makes of them, by postcard.
 //!
-//! A process is alone without a library that connects it with others, the feature `mpi`: then all values may travel, and
-//! none does.
+//! A process is alone without a library that connects it with others, the feature `mpi`: then all values may travel,
+//! and none does.
 
 #[cfg(feature = "mpi")]
 use serde::{Serialize, de::DeserializeOwned};

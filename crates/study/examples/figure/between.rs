@@ -6,8 +6,9 @@
 //! ```
 //!
 //! A material without numbers of its own takes (alpha, tau); one with its own takes alpha times its alpha and tau times
-//! its tau, as in the [map](halflight_study::map). The gather pass is linear in L, so all alphas of one tau are gathered
-//! from the same rays, one field each. Points whose series is not proved to converge have no light and are hatched.
+//! its tau, as in the [map](halflight_study::map). The gather pass is linear in L, so all alphas of one tau are
+//! gathered from the same rays, one field each. Points whose series is not proved to converge have no light and are
+//! hatched.
 //!
 //! A grid of the square and two paths across it from mode to mode are shown, each at one exposure. Not handled: errors;
 //! the effort is given.

@@ -26,8 +26,8 @@ pub enum Precision {
 /// A mode's picture, or the proof that there is none.
 pub type Solved = Result<Rendered, Diverges>;
 
-/// Solves [`Mode::ALL`]: to a tolerance each with the patches that it needs, else from one set of patches and one cast of
-/// rays.
+/// Solves [`Mode::ALL`]: to a tolerance each with the patches that it needs, else from one set of patches and one cast
+/// of rays.
 pub fn solve_modes(settings: &PageSettings, precision: Precision) -> Result<Vec<Solved>, Failure> {
     let PageSettings { size, seed, .. } = *settings;
     let solver = Solver::new(settings.scene).seed(seed);

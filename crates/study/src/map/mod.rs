@@ -10,8 +10,8 @@
 //! ```
 //!
 //! M is the operator of squared weights of the path tracer ([`Survey::moment`]). alpha_v <= alpha_c always
-//! (Cauchy-Schwarz: M x² >= (B x)² ray by ray). The bounds are those of [`spectrum_of`](halflight::operator::spectrum_of):
-//! proofs for F as cast.
+//! (Cauchy-Schwarz: M x² >= (B x)² ray by ray). The bounds are those of
+//! [`spectrum_of`](halflight::operator::spectrum_of): proofs for F as cast.
 //!
 //! Not handled: noise of F itself, which the number of rays sets.
 
