@@ -57,7 +57,7 @@ macro_rules! enums {
     ($($own:ident { $($variant:ident { $($field:tt: $name:ident),* }),* })*) => { $(
         impl Serialize for $own {
             fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-                let each = ($( if let $own::$variant { $($field: $name),* } = self { Some(pairs!($($name)*)) } else { None }, )*);
+                let each = ($( if let $own::$variant { $($field: $name),* } = self { Some((pairs!($($name)*),)) } else { None }, )*);
                 each.serialize(to)
             }
         }
@@ -66,7 +66,7 @@ macro_rules! enums {
             #[allow(non_snake_case)]
             fn deserialize<D: Deserializer<'de>>(from: D) -> Result<$own, D::Error> {
                 let ($($variant,)*) = Deserialize::deserialize(from)?;
-                $( if let Some(pairs!($($name)*)) = $variant { return Ok($own::$variant { $($field: $name),* }); } )*
+                $( if let Some((pairs!($($name)*),)) = $variant { return Ok($own::$variant { $($field: $name),* }); } )*
                 Err(Error::custom(stringify!($own)))
             }
         }
