@@ -79,7 +79,7 @@ accuracy() {
 }
 frontier() {
     scratch="$(mktemp -d)"
-    cargo run --release -p halflight-study --example frontier -- furnished-room --formal --trace --out "$scratch"
+    cargo run --release --example frontier -- furnished-room --formal --trace --out "$scratch"
     rm -rf "$scratch"
 }
 

@@ -2,7 +2,7 @@
 //! and the local mode next to OpenGL, which the feature `opengl` asks for.
 //!
 //! ```text
-//! cargo run --release -p halflight-study --example figure -- 1 --size 300x200 --out docs
+//! cargo run --release --example figure -- 1 --size 300x200 --out docs
 //! ```
 //!
 //! Not handled: charts of the series and of where it converges, which `halflight bounces` and `map` make.

@@ -2,7 +2,7 @@
 //! charts: along alpha = share / radius(1, tau).
 //!
 //! ```text
-//! cargo run --release -p halflight-study --example frontier -- furnished-room --formal --trace --out docs
+//! cargo run --release --example frontier -- furnished-room --formal --trace --out docs
 //! ```
 //!
 //! Not handled: scenes whose frontier lies beyond alpha = 1 at this tau.
