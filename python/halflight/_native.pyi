@@ -136,7 +136,7 @@ class Rendered:
         """
     def unmet(self, /, tolerance: SupportsFloat | SupportsIndex) -> str | None:
         """
-        Why the error is above a tolerance, if it is.
+        Why the error is above a tolerance, if it is, and what helps.
         """
     def verdict(self, /) -> tuple[float, float, str]:
         """
