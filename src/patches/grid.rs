@@ -5,7 +5,7 @@
 //! a patch nearby, so that a hit rounded over the rim still finds its patch. A cell crossed by lines of contact has a
 //! patch for each side of them.
 //!
-//! Not handled: contacts beyond [`MOST_LINES`] in a cell; their sides share patches.
+//! Not handled: contacts beyond the fourth in a cell; their sides share patches.
 
 use std::collections::{BTreeMap, VecDeque};
 
