@@ -58,7 +58,7 @@ except ImportError:
     points, cells = grid.points, grid.cells_dict["triangle"]
     data = {name: arrays[0] for name, arrays in grid.cell_data.items()}
     print("ok meshio")
-patch = numpy.asarray(data["patch"])
+patch = numpy.asarray(data["patch"]).reshape(-1)
 same("light on cells", data["L"], L[patch, 1], 0.0)
 same("bounces on cells", data["bounce_1"], terms[1][patch, 1], 0.0)
 same("reflectance on cells", data["rho"], rho[patch], 0.0)
