@@ -67,9 +67,9 @@ pub enum RenderError {
 /// // Powers of KE and K²E within 5 %, with the standard error of each.
 /// let series = solver.bounces(Mode::Global, 2).tolerance(0.05);
 /// for (bounce, error) in series.solution.bounces.iter().zip(&series.errors) {
-///     println!("{}: {:?} W, {:.1} %", bounce.n, bounce.power, 100.0 * error.total);
+///     println!("{}: {:?} W, {:.1} %", bounce.n, bounce.power, 100.0 * error);
 /// }
-/// assert!(series.errors.iter().all(|error| error.total <= 0.05));
+/// assert!(series.errors.iter().all(|error| *error <= 0.05));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Solver {
