@@ -3,7 +3,6 @@
 //! A struct is the list of its fields, an enum that of its variants, one of which is there. Not handled: reports and
 //! files, whose types say for themselves what they are made of.
 
-use glam::DVec3;
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -106,25 +105,7 @@ enums! {
     Side { Front {}, Back {} }
     Method { ClosedForm {}, Quadrature {} }
     PixelTexture { Unknown {}, One { 0: footprint }, Varied {} }
-}
-
-impl Serialize for Basis {
-    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        let known = match self {
-            Basis::AllRays => (None, None),
-            Basis::Resampled(variance) => (Some(variance), None),
-            Basis::Chosen { unseen } => (None, Some(unseen)),
-        };
-        known.serialize(to)
-    }
-}
-
-impl<'de> Deserialize<'de> for Basis {
-    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Basis, D::Error> {
-        let (resampled, unseen) = <(Option<DVec3>, Option<f64>)>::deserialize(from)?;
-        let chosen = || unseen.map_or(Basis::AllRays, |unseen| Basis::Chosen { unseen });
-        Ok(resampled.map_or_else(chosen, Basis::Resampled))
-    }
+    Basis { AllRays {}, Resampled { 0: variance }, Chosen { unseen: unseen } }
 }
 
 #[cfg(test)]
@@ -146,5 +127,6 @@ mod tests {
         assert!(matches!(sent(&one), PixelTexture::One(own) if own.key == key && (own.face, own.extent) == (7, 0.25)));
         assert!(matches!(sent(&PixelTexture::Unknown), PixelTexture::Unknown));
         assert!(matches!(sent(&PixelTexture::Varied), PixelTexture::Varied));
+        assert!(matches!(sent(&Basis::Chosen { unseen: 0.5 }), Basis::Chosen { unseen: 0.5 }));
     }
 }

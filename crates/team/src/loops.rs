@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::exchange::{Gathered, Team};
 use crate::members::{self, team};
 use crate::speeds::{LONGEST, evened, note_times, speeds, starts, stripes};
-use crate::travel::{Travels, read, write};
+use crate::travel::{Travels, message, read, write};
 
 /// A loop over things by all threads of all processes: which of the things are each process's. What one process keeps
 /// of it stays where the loop says.
@@ -194,9 +194,7 @@ impl Loop {
 
     /// The seconds since this process began with the loop, and what its things were expected to cost.
     fn opening(&self, began: Instant) -> Vec<u8> {
-        let mut message = Vec::new();
-        write(&(began.elapsed().as_secs_f64(), self.cost), &mut message);
-        message
+        message(&(began.elapsed().as_secs_f64(), self.cost))
     }
 
     /// Something of each thing, in order, where this process has that of its own.
@@ -237,12 +235,7 @@ impl Loop {
     /// this one, by rank.
     pub fn hand_out<T: Travels>(&self, parts: Vec<T>) -> Vec<T> {
         let Some(team) = self.team() else { return parts };
-        let message = |part: T| {
-            let mut message = Vec::new();
-            write(&part, &mut message);
-            message
-        };
-        let own: Vec<Vec<u8>> = parts.into_iter().map(message).collect();
+        let own: Vec<Vec<u8>> = parts.into_iter().map(|part| message(&part)).collect();
         team.hand_out(&own).iter().map(|message| read(&mut &message[..])).collect()
     }
 }

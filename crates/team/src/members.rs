@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use crate::exchange::Team;
 #[cfg(feature = "mpi")]
 use crate::processes;
-use crate::travel::{Travels, read, write};
+use crate::travel::{Travels, message, read};
 
 static TEAM: OnceLock<Box<dyn Team>> = OnceLock::new();
 
@@ -84,19 +84,14 @@ pub fn abort_others(code: u8) {
 /// as clocks and files.
 pub fn agree<T: Travels>(find: impl FnOnce() -> T) -> T {
     let Some(team) = team() else { return find() };
-    let mut own = Vec::new();
-    if team.rank() == 0 {
-        write(&find(), &mut own);
-    }
+    let own = if team.rank() == 0 { message(&find()) } else { Vec::new() };
     read(&mut &team.gather(&own).bytes[..])
 }
 
 /// What every process has, in the order of their ranks.
 pub fn all<T: Travels>(own: T) -> Vec<T> {
     let Some(team) = team() else { return vec![own] };
-    let mut message = Vec::new();
-    write(&own, &mut message);
-    team.gather(&message).of_ranks().map(|mut message| read(&mut message)).collect()
+    team.gather(&message(&own)).of_ranks().map(|mut message| read(&mut message)).collect()
 }
 
 /// What this process may use of so much that its machine has, in the units of that; the least of all processes, of

@@ -26,6 +26,13 @@ pub fn write<T: Travels>(value: &T, message: &mut Vec<u8>) {
     postcard::to_io(value, message).expect("memory takes numbers, and lists of them");
 }
 
+/// A message of one value.
+pub fn message<T: Travels>(value: &T) -> Vec<u8> {
+    let mut message = Vec::new();
+    write(value, &mut message);
+    message
+}
+
 /// Takes the next value from a message.
 #[cfg(feature = "mpi")]
 pub fn read<T: Travels>(message: &mut &[u8]) -> T {
