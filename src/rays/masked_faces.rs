@@ -2,29 +2,39 @@
 //!
 //! A share a of a surface between 0 and 1 is met with the chance a, drawn from the bits of the place itself (stochastic
 //! transparency: E. Enderton et al., 2010). So the mean over rays is that of a surface with tau = 1 - a, one ray always
-//! finds the same, and what casts rays need not know of masks. Rays of the camera, each of which shows in the
-//! picture, see through uniform masks by weight instead.
+//! finds the same, and what casts rays need not know of masks.
 //!
-//! Not handled: closed forms, which take faces as whole; [`crate::direct::Shafts`] leave masked ones to rays.
+//! Rays of the camera, each of which shows in the picture, see by weight instead: what lies behind a face counts by one
+//! minus the mean of a over the part of the face within the ray's [`Cell`], which is exact. What the face itself sends
+//! counts by that mean too, or where its reflectance or emission is an image, which goes with the mask from texel to
+//! texel, by a at the point. Both are right in the mean over rays.
+//!
+//! Not handled: closed forms, which take faces as whole; [`crate::direct::Shafts`] leave masked ones to rays. Within a
+//! cell, a part of a face that another hides counts in the mean like the part that is seen.
 
 use std::sync::Arc;
 
-use glam::Vec2;
+use glam::{DVec2, DVec3, Vec2, Vec3};
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
 use crate::rays::accelerator::Accelerator;
-use crate::rays::ray::settle;
+use crate::rays::ray::{Ray, settle, settle_all};
 use crate::rays::sobol::{fraction, hash};
 use crate::rays::triangle::{Hit, Query};
 use crate::scene::Scene;
+use crate::scene::convex_polygon::half_plane;
 use crate::scene::textures::Maps;
 
 /// Where less than this of a ray's light remains, surfaces are met by chance: each that is met by weight is lit.
 const LITTLE: f32 = 1.0 / 64.0;
 
-/// What a ray sees through uniform masks, each with its share.
-pub(crate) type Seen = SmallVec<[(Hit, f32); 1]>;
+/// What a ray sees through masks, each with its share.
+pub type Seen = SmallVec<[(Hit, f32); 1]>;
+
+/// What of the picture a camera ray stands for: the rays through its corners, in order around it. Of a cell without an
+/// area the point seen counts.
+pub type Cell = [Ray; 4];
 
 /// The masked faces of a scene.
 pub(super) struct MaskedFaces {
@@ -32,9 +42,10 @@ pub(super) struct MaskedFaces {
     faces: FxHashMap<u32, MaskedFace>,
 }
 
-/// The mask of a face: its material's, with coordinates and alpha of its corners.
+/// The mask of a face: its material's, with the place, coordinates and alpha of its corners.
 struct MaskedFace {
     maps: Arc<Maps>,
+    corners: [Vec3; 3],
     coordinates: [Vec2; 3],
     alpha: [f32; 3],
 }
@@ -47,49 +58,56 @@ impl MaskedFaces {
             let coordinates = scene.coordinates.get(face as usize).copied().unwrap_or_default();
             let colours = scene.colours.get(face as usize).filter(|_| maps.vertex_colours);
             let alpha = colours.map_or([1.0; 3], |corners| corners.map(|colour| colour.w));
-            Some((face, MaskedFace { maps, coordinates, alpha }))
+            Some((face, MaskedFace { maps, corners: scene.corners(face), coordinates, alpha }))
         };
         (!masked.is_empty()).then(|| MaskedFaces { tree: tree(masked), faces: masked.iter().filter_map(own).collect() })
     }
 
     /// Whether there is a surface where a ray meets a face.
     fn is_there(&self, hit: &Hit) -> bool {
-        let Some(MaskedFace { maps, coordinates: [a, b, c], alpha }) = self.faces.get(&hit.face) else { return true };
-        let at = *a + hit.u * (*b - *a) + hit.v * (*c - *a);
-        let alpha = alpha[0] + hit.u * (alpha[1] - alpha[0]) + hit.v * (alpha[2] - alpha[0]);
-        // Of faces in one place the first that is there is met, so what lies over this one is looked up by itself.
-        let share = maps.mask.as_ref().map_or(1.0, |mask| mask.alone_at(at.as_dvec2(), alpha));
+        let Some(face) = self.faces.get(&hit.face) else { return true };
+        let share = face.at(hit);
         let drawn = || fraction(hash(hit.u.to_bits(), hash(hit.v.to_bits(), hit.face)));
         share >= 1.0 || (share > 0.0 && drawn() < share)
     }
 
-    /// The share of a surface where a ray meets a face: that of a uniform mask, else 1 or 0 by chance.
-    fn share(&self, hit: &Hit) -> f32 {
-        let of = |face: &MaskedFace| {
-            let mask = face.maps.mask.as_ref().filter(|_| face.alpha == [1.0; 3])?;
-            mask.uniform()
-        };
-        let uniform = self.faces.get(&hit.face).and_then(of);
-        uniform.unwrap_or_else(|| f32::from(u8::from(self.is_there(hit))))
+    /// The shares of a ray's light that come from a face which it meets, and from what lies behind.
+    fn shares(&self, hit: &Hit, cell: &Cell) -> [f32; 2] {
+        let Some(face) = self.faces.get(&hit.face) else { return [1.0, 0.0] };
+        let mean = face.mean(cell);
+        let is_uneven = || face.maps.reflectance.is_some() || face.maps.emission.is_some();
+        let own = mean.filter(|_| !is_uneven()).unwrap_or_else(|| face.at(hit));
+        [own, 1.0 - mean.unwrap_or(own)]
     }
 
     /// Appends what a ray sees of a meeting with other faces and of all with these, each with the share of the light of
-    /// the ray that comes from there; returns the share that comes from none.
-    pub(super) fn seen(&self, query: &Query, other: Option<Hit>, planes: &[u32], out: &mut Seen) -> f32 {
+    /// the ray that comes from there; returns the share that comes from none. `cell` is asked for where masks are met.
+    pub(super) fn seen(
+        &self,
+        (query, cell): (&Query, impl Fn() -> Cell),
+        other: Option<Hit>,
+        planes: &[u32],
+        out: &mut Seen,
+    ) -> f32 {
         let mut hits = Vec::new();
         self.tree.all(query, &mut hits);
+        if hits.is_empty() {
+            out.extend(other.map(|hit| (hit, 1.0)));
+            return if other.is_some() { 0.0 } else { 1.0 };
+        }
         hits.extend(other);
-        settle(&mut hits, planes);
-        let mut remaining = 1.0;
+        settle_all(&mut hits, planes);
+        let (cell, mut remaining) = (cell(), 1.0);
         for hit in hits {
-            let share = match remaining < LITTLE {
-                true => f32::from(u8::from(self.is_there(&hit))),
-                false => self.share(&hit),
+            let [own, behind] = match remaining < LITTLE {
+                true if self.is_there(&hit) => [1.0, 0.0],
+                true => [0.0, 1.0],
+                false => self.shares(&hit, &cell),
             };
-            if share > 0.0 {
-                out.push((hit, remaining * share));
-                remaining *= 1.0 - share;
+            if own > 0.0 {
+                out.push((hit, remaining * own));
             }
+            remaining *= behind;
             if remaining == 0.0 {
                 break;
             }
@@ -129,5 +147,62 @@ impl MaskedFaces {
         let mut hits = Vec::new();
         self.meet(query, &mut hits);
         hits.is_empty()
+    }
+}
+
+impl MaskedFace {
+    /// The share of a surface where a ray meets it. Of faces in one place the first that is there is met, so what lies
+    /// over this one is looked up by itself.
+    fn at(&self, hit: &Hit) -> f32 {
+        let [u, v] = [hit.u, hit.v];
+        let [a, b, c] = self.coordinates;
+        let at = a + u * (b - a) + v * (c - a);
+        let mask = self.maps.mask.as_ref();
+        mask.map_or(1.0, |mask| mask.alone_at(at.as_dvec2(), self.alpha(u, v)))
+    }
+
+    /// Alpha of the vertices by the weights of the second and third corner.
+    fn alpha(&self, u: f32, v: f32) -> f32 {
+        let [a, b, c] = self.alpha;
+        a + u * (b - a) + v * (c - a)
+    }
+
+    /// The mean share of a surface over the part of it within a cell; none where a cutoff leaves no shares, or the cell
+    /// goes beyond the horizon of its plane.
+    fn mean(&self, cell: &Cell) -> Option<f32> {
+        let mask = self.maps.mask.as_ref().filter(|mask| mask.cutoff.is_none())?;
+        if mask.texture.is_none() && self.alpha == [self.alpha[0]; 3] {
+            return mask.mean_alone(&[], self.alpha[0]);
+        }
+        let part = self.part_within(cell)?;
+        let DVec2 { x, y } = part.iter().sum::<DVec2>() / part.len() as f64;
+        let [a, b, c] = self.coordinates.map(|at| at.as_dvec2());
+        let place: SmallVec<[DVec2; 7]> = part.iter().map(|w| a + w.x * (b - a) + w.y * (c - a)).collect();
+        mask.mean_alone(&place, self.alpha(x as f32, y as f32))
+    }
+
+    /// The part of the face within a cell, a convex polygon of weights of the second and third corner.
+    fn part_within(&self, cell: &Cell) -> Option<Vec<DVec2>> {
+        let mut around = [DVec2::ZERO; 4];
+        for (place, ray) in around.iter_mut().zip(cell) {
+            *place = self.weights_in_plane(ray)?;
+        }
+        let part = half_plane(&half_plane(&around, DVec2::X, 0.0), DVec2::Y, 0.0);
+        let part = half_plane(&part, DVec2::NEG_ONE, -1.0);
+        (part.len() >= 3).then_some(part)
+    }
+
+    /// The weights of the second and third corner where a ray meets the face's plane.
+    fn weights_in_plane(&self, ray: &Ray) -> Option<DVec2> {
+        let [a, b, c] = self.corners.map(|corner| corner.as_dvec3());
+        let (u, v, direction) = (b - a, c - a, ray.direction.as_dvec3());
+        let normal: DVec3 = u.cross(v);
+        let t = (a - ray.origin.as_dvec3()).dot(normal) / direction.dot(normal);
+        if !(t > 0.0 && t.is_finite()) {
+            return None;
+        }
+        let p = ray.origin.as_dvec3() + t * direction - a;
+        let weights = DVec2::new(p.cross(v).dot(normal), u.cross(p).dot(normal)) / normal.length_squared();
+        weights.is_finite().then_some(weights)
     }
 }

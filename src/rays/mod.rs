@@ -25,6 +25,7 @@ mod tests;
 pub(crate) mod triangle;
 pub mod warp;
 
+pub use masked_faces::{Cell, Seen};
 pub use ray::{End, Ray};
 pub use scene_rays::Rays;
 pub use triangle::{Hit, Side};

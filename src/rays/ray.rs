@@ -51,6 +51,23 @@ pub(crate) fn settle(hits: &mut Vec<Hit>, planes: &[u32]) {
     fronts_first(hits, planes);
 }
 
+/// What [`settle`] does, but that all faces of one plane stay, in the order of the file.
+pub(crate) fn settle_all(hits: &mut Vec<Hit>, planes: &[u32]) {
+    let mut twins = hits.clone();
+    settle(hits, planes);
+    twins.retain(|hit| !hits.contains(hit) && !on_edge(hit));
+    twins.sort_unstable_by_key(|hit| hit.face);
+    for twin in twins {
+        let over = |hit: &Hit| {
+            let is_near = (twin.t - hit.t).abs() <= SAME_PLACE;
+            is_near && hit.side == twin.side && planes[hit.face as usize] == planes[twin.face as usize]
+        };
+        if let Some(last) = hits.iter().rposition(over) {
+            hits.insert(last + 1, twin);
+        }
+    }
+}
+
 /// Keeps the first face of each plane and side.
 fn merge_planes(hits: &mut Vec<Hit>, planes: &[u32]) {
     let mut kept = 0;

@@ -22,7 +22,7 @@ use crate::rays::accelerator::{Accelerator, MANY};
 use crate::rays::bvh::Bvh;
 use crate::rays::bvh_build::Layout;
 use crate::rays::hull_faces::occluders;
-use crate::rays::masked_faces::{MaskedFaces, Seen};
+use crate::rays::masked_faces::{Cell, MaskedFaces, Seen};
 use crate::rays::ray::{End, Ray, settle};
 use crate::rays::ray_offset::RayOffset;
 use crate::rays::triangle::{Hit, Label, NO_PLANE, Query, Side, Triangle};
@@ -106,14 +106,15 @@ impl Rays {
         met.or_else(|| self.sky_met(ray))
     }
 
-    /// What a ray sees, in order, each with the share of its light that comes from there: the first face met or the
-    /// sky, and through uniform masks what is behind them. Shares add up to 1 unless the rest comes from nowhere.
-    pub fn seen(&self, ray: &Ray) -> Seen {
+    /// What a camera ray sees, in order, each with the share of its light that comes from there: the first face met or
+    /// the sky, and through masks what is behind them. In the mean over the rays of a cell shares add up to 1 unless the
+    /// rest comes from nowhere.
+    pub fn seen(&self, ray: &Ray, cell: impl Fn() -> Cell) -> Seen {
         let query = self.query(ray);
         let whole = self.tree.closest(&query);
         let mut seen = Seen::new();
         let remaining = match &self.masked {
-            Some(masked) => masked.seen(&query, whole, &self.planes, &mut seen),
+            Some(masked) => masked.seen((&query, cell), whole, &self.planes, &mut seen),
             None => {
                 seen.extend(whole.map(|hit| (hit, 1.0)));
                 if whole.is_some() { 0.0 } else { 1.0 }

@@ -276,6 +276,7 @@ impl Material {
             }
         }
         let varied = maps.vertex_colours;
+        maps.mask.iter_mut().for_each(Mask::simplify);
         maps.mask.take_if(|mask| !varied && mask.is_whole());
         let any = varied || maps.reflectance.is_some() || maps.emission.is_some() || maps.mask.is_some();
         self.maps = any.then(|| Arc::new(maps));

@@ -7,7 +7,7 @@ use halflight::Solver;
 use halflight::light::{Mode, Rgb};
 use halflight::rays::sobol::Stream;
 use halflight::rays::{Ray, Rays};
-use halflight::scene::textures::{Channel, Filter, Maps, Mask};
+use halflight::scene::textures::{Channel, Filter, Image, Maps, Mask, Texture};
 use halflight::scene::{Camera, Material, Scene, SkyLight};
 use halflight_reference::{TraceSettings, Tracer};
 
@@ -30,13 +30,9 @@ fn shaded(end: f64, mask: Option<Mask>) -> Scene {
 }
 
 fn mask(width: usize, codes: Vec<u8>) -> Mask {
-    Mask {
-        texture: Some(texture(width, codes, Filter::Nearest)),
-        channel: Channel::Luminance,
-        factor: 1.0,
-        cutoff: None,
-        over: Vec::new(),
-    }
+    let colours = texture(width, codes, Filter::Nearest);
+    let image = Arc::new(Image::shares(colours.image.texels(), Channel::Luminance));
+    Mask { texture: Some(Texture { image, ..colours }), factor: 1.0, cutoff: None, over: Vec::new() }
 }
 
 /// Coordinates run from -0.5 to 0.5: the image's second half, then its first. The card is there for x < 0.
@@ -128,7 +124,7 @@ fn cards(share: f32, count: usize, wall: bool) -> Scene {
     if wall {
         across(0.0, 1);
     }
-    let uniform = Mask { texture: None, channel: Channel::Luminance, factor: share, cutoff: None, over: Vec::new() };
+    let uniform = Mask { texture: None, factor: share, cutoff: None, over: Vec::new() };
     let maps = Some(Arc::new(Maps { mask: Some(uniform), ..Maps::default() }));
     let card = Material { maps, ..grey("card", 0.0) };
     let mut scene = mesh.scene(vec![card, Material { emission: Rgb::ONE, ..grey("wall", 0.0) }]);

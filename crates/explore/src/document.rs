@@ -20,7 +20,7 @@ use crate::terms::{Solved, TauError};
 use halflight::patches::Patches;
 use halflight::pictures::{ImageError, Size, Texels, encode_srgb, encode_texels};
 use halflight::rays::Side;
-use halflight::scene::textures::{Channel, Filter, Image, Texture, Wrap};
+use halflight::scene::textures::{Coding, Filter, Image, Texture, Wrap};
 use halflight::scene::{Material, Scene};
 use halflight::surfaces::Geometry;
 
@@ -168,7 +168,6 @@ struct MaterialEntry<'a> {
 #[derive(Serialize)]
 struct MaskEntry {
     texture: Option<usize>,
-    channel: usize,
     factor: f32,
     cutoff: Option<f32>,
 }
@@ -459,12 +458,7 @@ impl Textures {
             None => None,
             Some(mask) => {
                 let texture = mask.texture.as_ref().map(|texture| self.add(texture)).transpose()?;
-                let channel = match mask.channel {
-                    Channel::Alpha => 3,
-                    Channel::Colour(k) => k.min(2),
-                    Channel::Luminance => 1,
-                };
-                Some(MaskEntry { texture, channel, factor: mask.factor, cutoff: mask.cutoff })
+                Some(MaskEntry { texture, factor: mask.factor, cutoff: mask.cutoff })
             }
         };
         let texture = maps.and_then(|maps| maps.reflectance.as_ref()).map(|t| self.add(t)).transpose()?;
@@ -498,9 +492,11 @@ impl Textures {
     }
 }
 
-/// The PNG file of a texture's image, no larger than [`LARGEST`]: means of the texels in linear light.
+/// The PNG file of a texture's image, no larger than [`LARGEST`]: means of the texels in linear light, or of shares.
 fn png(texture: &Texture) -> Result<Vec<u8>, ImageError> {
     let image = &texture.image;
+    let is_share = image.coding() == Coding::Share;
+    let coded = |v: f32| if is_share { v } else { encode_srgb(v) };
     let step = image.width().max(image.height()).div_ceil(LARGEST).max(1);
     let (width, height) = (image.width().div_ceil(step), image.height().div_ceil(step));
     let mut codes = Vec::new();
@@ -510,11 +506,7 @@ fn png(texture: &Texture) -> Result<Vec<u8>, ImageError> {
         let own = || (y..below).flat_map(move |y| (x..right).map(move |x| (x, y)));
         let count = own().count() as f32;
         let colour = own().map(|(x, y)| image.colour(x, y)).sum::<Vec3>() / count;
-        codes.extend(colour.to_array().map(|v| (255.0 * encode_srgb(v)).round() as u8));
-        if image.has_alpha() {
-            let alpha = own().map(|(x, y)| image.share(x, y, Channel::Alpha)).sum::<f32>() / count;
-            codes.push((255.0 * alpha).round() as u8);
-        }
+        codes.extend(colour.to_array().map(|v| (255.0 * coded(v)).round() as u8));
     }
-    encode_texels(&Texels { width, height, channels: if image.has_alpha() { 4 } else { 3 }, codes })
+    encode_texels(&Texels { width, height, channels: 3, codes })
 }

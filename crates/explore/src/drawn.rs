@@ -47,15 +47,19 @@ impl View {
         let (mut seen, mut nearest) = (Vec::new(), f32::INFINITY);
         for k in 0..width * height * step * step {
             let (pixel, part) = (k / (step * step), k % (step * step));
-            let offset = |k: usize| (k as f32 + 0.5) / step as f32;
-            let x = ((pixel % width) as f32 + offset(part % step)) / width as f32;
-            let y = ((pixel / width) as f32 + offset(part / step)) / height as f32;
-            let (origin, direction) = scene.camera.ray(x, y, aspect);
-            let ray = Ray { origin, direction, source: None };
-            for (hit, share) in rays.seen(&ray) {
+            let through = |u: f32, v: f32| {
+                let offset = |k: usize, within: f32| (k as f32 + within) / step as f32;
+                let x = ((pixel % width) as f32 + offset(part % step, u)) / width as f32;
+                let y = ((pixel / width) as f32 + offset(part / step, v)) / height as f32;
+                let (origin, direction) = scene.camera.ray(x, y, aspect);
+                Ray { origin, direction, source: None }
+            };
+            let ray = through(0.5, 0.5);
+            let cell = || [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(u, v)| through(u, v));
+            for (hit, share) in rays.seen(&ray, cell) {
                 let at = ray.at(hit.t);
                 if !scene.is_sky(hit.face) {
-                    nearest = nearest.min(hit.t * direction.dot(scene.camera.forward));
+                    nearest = nearest.min(hit.t * ray.direction.dot(scene.camera.forward));
                 }
                 let taps = if scene.is_sky(hit.face) { None } else { charts.taps(hit.face, hit.side, at) };
                 let is_lit = scene.is_sky(hit.face) || taps.is_some();

@@ -211,7 +211,7 @@ impl Surfaces {
 
 /// The share of a surface that a mask alone leaves.
 fn share(mask: &Mask, at: DVec2, alpha: f32) -> f32 {
-    let texel = |t: &Texture| around(t, at).map(|(x, y, w)| w * t.image.share(x, y, mask.channel)).sum::<f32>();
+    let texel = |t: &Texture| around(t, at).map(|(x, y, w)| w * t.image.colour(x, y).x).sum::<f32>();
     let share = mask.factor * alpha * mask.texture.as_ref().map_or(1.0, texel);
     mask.cutoff.map_or(share.clamp(0.0, 1.0), |cutoff| f32::from(u8::from(share >= cutoff)))
 }

@@ -13,6 +13,7 @@ use glam::{DVec2, DVec3, Vec2};
 
 use crate::direct::{Choice, Highlights, LightSum, Scratch as Memory};
 use crate::gather::pixels::pixel::{Pixel, bit};
+use crate::gather::pixels::pixel_cell::{cell_corners, cells_to_a_side};
 use crate::gather::pixels::pixel_layer::SurfaceKey;
 use crate::gather::pixels::pixel_texture::{Adjusted, PixelCells, PixelTexture, SeenPoint, surfaces};
 use crate::light::Rgb;
@@ -70,6 +71,8 @@ struct CameraRay {
     index: u32,
     /// Scrambling of the pixel's half.
     seed: u32,
+    /// Cells to a side of the pixel, of which each ray stands for the one that it passes through.
+    cells: u32,
 }
 
 impl<'a> CameraRays<'a> {
@@ -94,7 +97,7 @@ impl<'a> CameraRays<'a> {
             scratch.sum.clear();
             let mut seen = std::mem::take(&mut scratch.seen);
             seen.clear();
-            let first = self.camera_ray(k, half, 0);
+            let first = self.camera_ray(k, half, 0, cells_to_a_side(count - pixel.count));
             let ray = |index: u32| CameraRay { index, ..first };
             seen.extend((pixel.count..count).flat_map(|index| self.seen(k, ray(index))));
             let all = seen.len() as u32 == count - pixel.count && seen.iter().all(|point| point.share == 1.0);
@@ -148,7 +151,7 @@ impl<'a> CameraRays<'a> {
             view.patches.at(hit.face, hit.side, position)?;
             Some((key, view.surface_point(hit.face, hit.side, position)))
         };
-        self.seen(k, self.camera_ray(k, half, index)).filter_map(one)
+        self.seen(k, self.camera_ray(k, half, index, 1)).filter_map(one)
     }
 
     /// The surface that a face belongs to.
@@ -157,16 +160,16 @@ impl<'a> CameraRays<'a> {
         SurfaceKey { plane: view.rays.plane(face), side, material: view.scene.faces[face as usize].material }
     }
 
-    fn camera_ray(&self, k: usize, half: usize, index: u32) -> CameraRay {
-        CameraRay { half, index, seed: hash(k as u32, Purpose::CameraRays(half).seed(self.seed)) }
+    fn camera_ray(&self, k: usize, half: usize, index: u32, cells: u32) -> CameraRay {
+        CameraRay { half, index, seed: hash(k as u32, Purpose::CameraRays(half).seed(self.seed)), cells }
     }
 
     /// The light of a face at a point of the picture, in pixels, if the face is visible there.
     pub(crate) fn light_of_face(&self, face: u32, place: DVec2, scratch: &mut PixelScratch) -> Option<DVec3> {
         let pixel = place.as_uvec2();
         let k = pixel.y as usize * self.view.width + pixel.x as usize;
-        let ray = self.camera_ray(k, 0, 0);
-        let mut seen = self.seen_at(k, 0, (place - pixel.as_dvec2()).as_vec2());
+        let ray = self.camera_ray(k, 0, 0, 1);
+        let mut seen = self.seen_at(k, ray, (place - pixel.as_dvec2()).as_vec2());
         let seen = seen.find(|seen| seen.hit.face == face)?;
         let mut own = Pixel::default();
         scratch.sum.clear();
@@ -175,12 +178,17 @@ impl<'a> CameraRays<'a> {
     }
 
     /// What a camera ray sees.
-    fn seen(&self, k: usize, CameraRay { index, seed, .. }: CameraRay) -> impl Iterator<Item = SeenPoint> {
-        self.seen_at(k, index, Vec2::from([0, 1].map(|d| self.sobol.point(index, d, seed))))
+    fn seen(&self, k: usize, ray: CameraRay) -> impl Iterator<Item = SeenPoint> {
+        self.seen_at(k, ray, Vec2::from([0, 1].map(|d| self.sobol.point(ray.index, d, ray.seed))))
     }
 
     /// The surfaces that are seen through a place of pixel k, and where, put exactly into the faces' planes.
-    fn seen_at(&self, k: usize, index: u32, at: Vec2) -> impl Iterator<Item = SeenPoint> {
+    fn seen_at(
+        &self,
+        k: usize,
+        CameraRay { index, cells, .. }: CameraRay,
+        at: Vec2,
+    ) -> impl Iterator<Item = SeenPoint> {
         let view = self.view;
         let ray = view.camera_ray(k, at.x, at.y);
         let one = move |(hit, share): (Hit, f32)| {
@@ -189,7 +197,8 @@ impl<'a> CameraRays<'a> {
             let rho = view.scene.rho_at(hit.face, position);
             SeenPoint { index, at: at.as_dvec2(), hit, position, key, rho, share }
         };
-        view.rays.seen(&ray).into_iter().map(one)
+        let cell = || cell_corners(at, cells).map(|corner| view.camera_ray(k, corner.x, corner.y));
+        view.rays.seen(&ray, cell).into_iter().map(one)
     }
 
     /// Adds the light emitted and reflected at a point that a camera ray sees. Returns whether it emits any.

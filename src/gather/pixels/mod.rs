@@ -3,6 +3,7 @@
 pub(crate) mod adaptive_sampling;
 pub(crate) mod camera_rays;
 pub(crate) mod pixel;
+pub(crate) mod pixel_cell;
 pub(crate) mod pixel_layer;
 pub(crate) mod pixel_light;
 pub(crate) mod pixel_noise;

@@ -19,15 +19,17 @@
 //! Worth: rooms with images take 1.2 to 1.7 times as long as with their mean colours (docs/validation.md, Textures);
 //! pixels at edges took ten times as many rays.
 //!
-//! Not handled: surfaces with masks, which keep the mean of the rays.
+//! Not handled: textures of surfaces with masks, which keep the mean of the rays.
 
 use glam::{DVec2, DVec3, UVec2, Vec3};
 
+use crate::gather::pixels::pixel_cell::cells_to_a_side;
 use crate::gather::pixels::pixel_layer::{Layer, SurfaceKey};
 use crate::light::Rgb;
 use crate::rays::{Hit, Side};
 use crate::reading::view::View;
 use crate::scene::Scene;
+use crate::scene::textures::Texture;
 use crate::surfaces::SurfacePoint;
 
 /// Parts of a pixel at most; nearer to the horizon of a plane a pixel keeps its rays' mean.
@@ -48,7 +50,7 @@ pub(crate) struct SeenPoint {
     pub key: SurfaceKey,
     /// Reflectance there.
     pub rho: Rgb,
-    /// Share of the ray's light that comes from there; below 1 on and behind uniform masks.
+    /// Share of the ray's light that comes from there; below 1 on and behind masks.
     pub share: f32,
 }
 
@@ -138,7 +140,7 @@ impl Footprint {
         let mut sum = DVec3::ZERO;
         for (x, y) in (0..parts.y).flat_map(|y| (0..parts.x).map(move |x| (x, y))) {
             let part = [place(x, y)?, place(x + 1, y)?, place(x + 1, y + 1)?, place(x, y + 1)?];
-            sum += texture.mean_in_pixel(part);
+            sum += mean(texture, part);
         }
         let mean = sum / f64::from(parts.element_product());
         let UVec2 { x, y } = parts;
@@ -213,7 +215,7 @@ enum Shown {
 impl PixelCells {
     /// No more cells than rays, none of which has seen anything yet; none at all where rays are few.
     pub(crate) fn new(rays: u32) -> Option<PixelCells> {
-        let number = 1_u32 << (rays.max(1).ilog2() / 2);
+        let number = cells_to_a_side(rays);
         let shown = || vec![Shown::Nothing; (number * number) as usize];
         (number >= LEAST_CELLS).then(|| PixelCells { number, shown: shown() })
     }
@@ -248,7 +250,7 @@ impl PixelCells {
         }
         let place = |u: f64, v: f64| coordinates(view, k, face, DVec2::new(u, v));
         let corners = [place(low.x, low.y)?, place(high.x, low.y)?, place(high.x, high.y)?, place(low.x, high.y)?];
-        Some(view.scene.material(face).rho.as_dvec3() * texture.mean_in_pixel(corners))
+        Some(view.scene.material(face).rho.as_dvec3() * mean(texture, corners))
     }
 
     /// Column and row of the cell that a place of the pixel lies in.
@@ -261,6 +263,12 @@ impl PixelCells {
         let [x, y] = self.cell(at);
         [0, 1].map(|step| DVec2::new((x + step).into(), (y + step).into()) / f64::from(self.number))
     }
+}
+
+/// The mean of a texture over a quadrangle, corners on one line or not.
+fn mean(texture: &Texture, [a, b, c, d]: [DVec2; 4]) -> DVec3 {
+    let halves = || 0.5 * (texture.mean([a, b, c]) + texture.mean([a, c, d]));
+    texture.mean_in_pixel(&[a, b, c, d]).unwrap_or_else(halves)
 }
 
 /// Ratio of the areas of a face's plane seen per pixel area, between corners of a part of pixel k along each axis.

@@ -113,8 +113,12 @@ fn mask(read: &Read, base: Option<&Texture>) -> Option<Mask> {
         Checked::Valid(AlphaMode::Opaque) | Checked::Invalid => return None,
     };
     let [.., factor] = read.pbr_metallic_roughness.base_color_factor.0;
-    let texture = base.filter(|texture| texture.image.has_alpha()).cloned();
-    Some(Mask { texture, channel: Channel::Alpha, factor, cutoff, over: Vec::new() })
+    let shares = |base: &Texture| {
+        let image = Arc::new(Image::shares(base.image.texels(), Channel::Alpha));
+        Texture { image, ..base.clone() }
+    };
+    let texture = base.filter(|texture| texture.image.has_alpha()).map(shares);
+    Some(Mask { texture, factor, cutoff, over: Vec::new() })
 }
 
 fn ignore(read: &Read, name: &str, ignored: &mut Ignored) {

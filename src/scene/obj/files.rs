@@ -154,8 +154,8 @@ pub(super) fn attach_textures(
         let mut mask = Mask { factor: entry.opacity, ..Mask::WHOLE };
         if let Some((line, image)) = images.open(&entry.map_d, &material.name)? {
             let own = if image.has_alpha() { Channel::Alpha } else { Channel::Luminance };
-            mask.channel = line.channel.unwrap_or(own);
-            mask.texture = Some(texture(line, image));
+            let shares = Image::shares(image.texels(), line.channel.unwrap_or(own));
+            mask.texture = Some(texture(line, Arc::new(shares)));
         }
         maps.mask = Some(mask);
         material.set_maps(maps);

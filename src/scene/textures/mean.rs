@@ -25,6 +25,7 @@
 //! on beyond one edge and is repeated many times along it, means of squares stand for the texels at that edge.
 
 use glam::{DVec2, DVec3};
+use smallvec::SmallVec;
 
 use crate::scene::bounds::Bounds;
 use crate::scene::convex_polygon::{area, clip, edges};
@@ -50,17 +51,16 @@ const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 impl Texture {
     /// The mean of linear RGB over a triangle of coordinates of vertices.
     pub fn mean(&self, triangle: [DVec2; 3]) -> DVec3 {
-        self.mean_within(triangle, MOST).unwrap_or_else(|| {
+        self.mean_within(&triangle, MOST).unwrap_or_else(|| {
             let points = subdivided(POINTS).map(|at| self.colour(weighted(triangle, at)).as_dvec3());
             points.sum::<DVec3>() / f64::from(POINTS * POINTS)
         })
     }
 
-    /// The mean of linear RGB over a quadrangle of coordinates that a pixel or a part of it sees.
-    pub(crate) fn mean_in_pixel(&self, quadrangle: [DVec2; 4]) -> DVec3 {
-        let [a, b, c, d] = quadrangle;
-        let halves = || 0.5 * (self.mean([a, b, c]) + self.mean([a, c, d]));
-        self.mean_within(quadrangle, FEW).unwrap_or_else(halves)
+    /// The mean of linear RGB over a convex polygon of coordinates that a pixel or a part of it sees; none where its
+    /// corners lie on one line.
+    pub(crate) fn mean_in_pixel(&self, polygon: &[DVec2]) -> Option<DVec3> {
+        self.mean_within(polygon, FEW)
     }
 
     /// How many texels lie on a triangle of coordinates of vertices.
@@ -70,10 +70,10 @@ impl Texture {
 
     /// The mean over a polygon that reads so many texels, or squares of them, at most; none where its corners lie on
     /// one line.
-    fn mean_within<const N: usize>(&self, polygon: [DVec2; N], most: f64) -> Option<DVec3> {
-        let corners = polygon.map(|at| self.in_texels(at));
+    fn mean_within(&self, polygon: &[DVec2], most: f64) -> Option<DVec3> {
+        let corners: SmallVec<[DVec2; 7]> = polygon.iter().map(|&at| self.in_texels(at)).collect();
         let area = area(&corners).abs();
-        let has_area = area > FLAT * Bounds::of(corners).size().length_squared() && area > LEAST;
+        let has_area = area > FLAT * Bounds::of(corners.iter().copied()).size().length_squared() && area > LEAST;
         has_area.then(|| self.mean_in_texels(&corners, most))
     }
 

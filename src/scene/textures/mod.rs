@@ -17,7 +17,7 @@ mod texture;
 
 use glam::{DAffine2, DVec2};
 
-pub use stored_image::{Channel, Image};
+pub use stored_image::{Channel, Coding, Image};
 pub use texture::{Filter, Texture, Wrap};
 
 /// The textures of a material, and whether its vertices are coloured: at least one of these.
@@ -36,10 +36,8 @@ pub struct Maps {
 /// Where there is a surface.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Mask {
-    /// Its texture; 1 everywhere where there is none.
+    /// Its texture, an image of shares; 1 everywhere where there is none.
     pub texture: Option<Texture>,
-    /// Which number of the texels counts.
-    pub channel: Channel,
     /// Factor on it.
     pub factor: f32,
     /// From this share on there is a surface, and below there is none; each share counts as it is without.
@@ -58,8 +56,7 @@ impl Maps {
 
 impl Mask {
     /// A surface everywhere.
-    pub(crate) const WHOLE: Mask =
-        Mask { texture: None, channel: Channel::Alpha, factor: 1.0, cutoff: None, over: Vec::new() };
+    pub(crate) const WHOLE: Mask = Mask { texture: None, factor: 1.0, cutoff: None, over: Vec::new() };
 
     /// It in other coordinates, from which `map` leads to its own; alone, without those over it.
     pub(crate) fn seen_through(mut self, map: DAffine2) -> Mask {
@@ -74,6 +71,24 @@ impl Mask {
         self.texture.is_some() || self.over.iter().any(|mask| mask.texture.is_some())
     }
 
+    /// Takes an image whose texels are all the same into the factor.
+    pub(crate) fn simplify(&mut self) {
+        if let Some(even) = self.texture.take_if(|texture| texture.image.is_even()) {
+            self.factor *= even.image.mean().x;
+        }
+    }
+
+    /// The mean share of a surface over a polygon of coordinates of vertices where nothing is over it, at the middle of
+    /// which their alpha is `alpha`; none where it has a cutoff, or the polygon no area.
+    pub(crate) fn mean_alone(&self, polygon: &[DVec2], alpha: f32) -> Option<f32> {
+        let texel = match &self.texture {
+            _ if self.cutoff.is_some() => return None,
+            None => 1.0,
+            Some(texture) => texture.mean_in_pixel(polygon)?.x as f32,
+        };
+        Some((self.factor * texel * alpha).clamp(0.0, 1.0))
+    }
+
     /// Whether there is a surface nowhere.
     pub(crate) fn is_nowhere(&self) -> bool {
         self.cutoff.map_or(self.factor <= 0.0, |cutoff| self.factor < cutoff)
@@ -81,15 +96,9 @@ impl Mask {
 
     /// Whether there is a surface everywhere.
     pub(crate) fn is_whole(&self) -> bool {
-        let least = self.texture.as_ref().map_or(1.0, |texture| texture.image.least(self.channel));
+        let least = self.texture.as_ref().map_or(1.0, |texture| texture.image.least());
         let share = self.factor * least;
         self.cutoff.map_or(share >= 1.0, |cutoff| share >= cutoff)
-    }
-
-    /// The share a of a surface where it is the same at all points whose vertices' alpha is 1.
-    pub(crate) fn uniform(&self) -> Option<f32> {
-        let own = (self.texture.is_none() && self.cutoff.is_none()).then(|| self.factor.clamp(0.0, 1.0));
-        self.over.iter().try_fold(own?, |share, mask| Some(share * (1.0 - mask.uniform()?)))
     }
 
     /// The share a of a surface at coordinates of vertices, 0..=1, where their alpha is `alpha`: of what those over it
@@ -101,7 +110,7 @@ impl Mask {
 
     /// The share of a surface where nothing is over it.
     pub(crate) fn alone_at(&self, at: DVec2, alpha: f32) -> f32 {
-        let texel = self.texture.as_ref().map_or(1.0, |texture| texture.share(at, self.channel));
+        let texel = self.texture.as_ref().map_or(1.0, |texture| texture.colour(at).x);
         let share = (self.factor * texel * alpha).clamp(0.0, 1.0);
         match self.cutoff {
             Some(cutoff) => f32::from(u8::from(share >= cutoff)),

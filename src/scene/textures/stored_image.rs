@@ -1,8 +1,8 @@
-//! An image as a texture needs it: eight-bit texels, decoded to linear light when they are read, and the means of its
-//! squares for patches that many texels lie on.
+//! An image as a texture needs it: eight-bit texels, decoded when they are read, and the means of its squares for patches
+//! that many texels lie on.
 //!
-//! Colours are sRGB codes (IEC 61966-2-1) decoded by a table of 256 entries; single channels are shares, code / 255.
-//! Means take 6 % of the texels' memory in addition.
+//! Codes of colours are sRGB's (IEC 61966-2-1), decoded to linear light by a table of 256 entries; an image of shares,
+//! made of one channel of another, has code / 255. Means take 6 % of the texels' memory in addition.
 //!
 //! Not handled: interpolation between texels and what lies beyond the image's edge
 //! ([`crate::scene::textures::texture`]).
@@ -23,11 +23,15 @@ const LARGER: usize = 4;
 /// Linear light of each sRGB code.
 static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|code| decode_srgb(code as f32 / 255.0)));
 
+/// Share that each code stands for.
+static SHARE: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|code| code as f32 / 255.0));
+
 /// A decoded image.
 #[derive(Clone, serde::Serialize, serde::Deserialize)]
-#[serde(from = "Texels", into = "Texels")]
+#[serde(from = "(Texels, Coding)", into = "(Texels, Coding)")]
 pub struct Image {
     texels: Texels,
+    coding: Coding,
     /// Means over squares, the smallest first; the last one is the mean of all.
     means: Vec<Cells>,
 }
@@ -40,8 +44,17 @@ pub(crate) struct Cells {
     colours: Vec<Vec3>,
 }
 
-/// Which number of a texel is read.
+/// What the codes of an image stand for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum Coding {
+    /// Linear light by the sRGB curve.
+    Srgb,
+    /// Shares of 1.
+    Share,
+}
+
+/// Which number of a texel is a share.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channel {
     /// Red, green or blue by number; of a grey image its grey.
     Colour(usize),
@@ -51,22 +64,33 @@ pub enum Channel {
     Luminance,
 }
 
-impl From<Texels> for Image {
-    fn from(texels: Texels) -> Image {
-        Image::new(texels)
+impl From<(Texels, Coding)> for Image {
+    fn from((texels, coding): (Texels, Coding)) -> Image {
+        Image::coded(texels, coding)
     }
 }
 
-impl From<Image> for Texels {
-    fn from(image: Image) -> Texels {
-        image.texels
+impl From<Image> for (Texels, Coding) {
+    fn from(image: Image) -> (Texels, Coding) {
+        (image.texels, image.coding)
     }
 }
 
 impl Image {
-    /// Takes the texels and finds the means.
+    /// An image of colours.
     pub fn new(texels: Texels) -> Image {
-        let mut image = Image { texels, means: Vec::new() };
+        Image::coded(texels, Coding::Srgb)
+    }
+
+    /// The image of the shares that one channel of some texels gives.
+    pub fn shares(of: &Texels, channel: Channel) -> Image {
+        let codes = of.codes.chunks_exact(of.channels).map(|texel| share_code(texel, channel)).collect();
+        Image::coded(Texels { width: of.width, height: of.height, channels: 1, codes }, Coding::Share)
+    }
+
+    /// Takes the texels and finds the means.
+    fn coded(texels: Texels, coding: Coding) -> Image {
+        let mut image = Image { texels, coding, means: Vec::new() };
         let (mut width, mut height, mut factor) = (image.width(), image.height(), SQUARE);
         while width * height > 1 {
             (width, height) = (width.div_ceil(factor), height.div_ceil(factor));
@@ -96,7 +120,13 @@ impl Image {
         self.texels.height
     }
 
-    /// Linear RGB of the texel in column x and row y, from the top left.
+    /// What its codes stand for.
+    pub fn coding(&self) -> Coding {
+        self.coding
+    }
+
+    /// Linear RGB of the texel in column x and row y, from the top left; the share in each channel of an image of
+    /// shares.
     ///
     /// # Panics
     /// If there is no such texel.
@@ -104,26 +134,9 @@ impl Image {
     pub fn colour(&self, x: usize, y: usize) -> Vec3 {
         let Texels { width, channels, codes, .. } = &self.texels;
         let first = (y * width + x) * channels;
-        let linear = |k: usize| LINEAR[codes[first + k] as usize];
+        let decoded = if self.coding == Coding::Srgb { &LINEAR } else { &SHARE };
+        let linear = |k: usize| decoded[codes[first + k] as usize];
         if *channels < 3 { Vec3::splat(linear(0)) } else { Vec3::new(linear(0), linear(1), linear(2)) }
-    }
-
-    /// One channel of a texel as a share of 1, not decoded.
-    ///
-    /// # Panics
-    /// If there is no such texel.
-    #[inline]
-    pub fn share(&self, x: usize, y: usize, channel: Channel) -> f32 {
-        let Texels { width, channels, codes, .. } = &self.texels;
-        let first = (y * width + x) * channels;
-        let code = |k: usize| f32::from(codes[first + k]) / 255.0;
-        match channel {
-            Channel::Alpha if self.has_alpha() => code(channels - 1),
-            Channel::Alpha => 1.0,
-            _ if *channels < 3 => code(0),
-            Channel::Colour(k) => code(k.min(2)),
-            Channel::Luminance => (code(0) + code(1) + code(2)) / 3.0,
-        }
     }
 
     /// Whether it has an alpha channel.
@@ -131,10 +144,9 @@ impl Image {
         self.texels.channels.is_multiple_of(2)
     }
 
-    /// The least share of a channel over all texels.
-    pub(crate) fn least(&self, channel: Channel) -> f32 {
-        let all = (0..self.width() * self.height()).map(|k| (k % self.width(), k / self.width()));
-        all.map(|(x, y)| self.share(x, y, channel)).fold(f32::INFINITY, f32::min)
+    /// The least of all codes as a share of 1.
+    pub(crate) fn least(&self) -> f32 {
+        SHARE[self.texels.codes.iter().copied().min().unwrap_or(0) as usize]
     }
 
     /// Whether all texels are the same.
@@ -159,6 +171,17 @@ impl Cells {
     #[inline]
     pub(crate) fn at(&self, x: usize, y: usize) -> Vec3 {
         self.colours[y * self.width + x]
+    }
+}
+
+/// The code of the share that a channel of a texel gives.
+fn share_code(texel: &[u8], channel: Channel) -> u8 {
+    match (channel, texel) {
+        (Channel::Alpha, [.., alpha]) if texel.len().is_multiple_of(2) => *alpha,
+        (Channel::Alpha, _) => u8::MAX,
+        (Channel::Colour(k), [_, _, _, ..]) => texel[k.min(2)],
+        (Channel::Luminance, [r, g, b, ..]) => ((u32::from(*r) + u32::from(*g) + u32::from(*b) + 1) / 3) as u8,
+        _ => texel[0],
     }
 }
 
@@ -191,7 +214,7 @@ fn shares(k: usize, n: usize, finer: usize) -> Vec<(usize, f32)> {
 
 impl PartialEq for Image {
     fn eq(&self, other: &Image) -> bool {
-        self.texels == other.texels
+        self.texels == other.texels && self.coding == other.coding
     }
 }
 
@@ -200,7 +223,8 @@ impl fmt::Debug for Image {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mix = |hash: u64, &code: &u8| (hash ^ u64::from(code)).wrapping_mul(0x0100_0000_01b3);
         let hash = self.texels.codes.iter().fold(0xcbf2_9ce4_8422_2325, mix);
-        write!(f, "Image {}x{}x{} {hash:016x}", self.width(), self.height(), self.texels.channels)
+        let kind = if self.coding == Coding::Srgb { "Image" } else { "Shares" };
+        write!(f, "{kind} {}x{}x{} {hash:016x}", self.width(), self.height(), self.texels.channels)
     }
 }
 
@@ -219,8 +243,18 @@ mod tests {
         assert_eq!((image.colour(0, 0).x, image.colour(2, 0).x), (0.0, 1.0));
         // ((188/255 + 0.055)/1.055)^2.4.
         assert!((image.colour(1, 0).x - 0.502_886_5).abs() < 1e-6);
-        assert_eq!(image.share(1, 0, Channel::Luminance), 188.0 / 255.0);
-        assert_eq!(image.share(1, 0, Channel::Alpha), 1.0);
+        let share = |channel| Image::shares(image.texels(), channel).colour(1, 0).y;
+        assert_eq!([Channel::Luminance, Channel::Alpha].map(share), [188.0 / 255.0, 1.0]);
+    }
+
+    #[test]
+    fn shares_are_those_of_the_channel_requested() {
+        let texels = Texels { width: 1, height: 1, channels: 4, codes: vec![10, 20, 31, 40] };
+        for (channel, code) in
+            [(Channel::Colour(0), 10), (Channel::Colour(2), 31), (Channel::Alpha, 40), (Channel::Luminance, 20)]
+        {
+            assert_eq!(Image::shares(&texels, channel).texels().codes, [code], "{channel:?}");
+        }
     }
 
     #[test]

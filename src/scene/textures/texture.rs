@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use glam::{DAffine2, DMat2, DVec2, Vec3};
 
-use crate::scene::textures::stored_image::{Cells, Channel, Image};
+use crate::scene::textures::stored_image::{Cells, Image};
 
 /// A texture of one material.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -77,12 +77,6 @@ impl Texture {
         self.placement.transform_point2(at) * DVec2::new(self.image.width() as f64, self.image.height() as f64)
     }
 
-    /// Linear RGB at coordinates of vertices.
-    pub fn colour(&self, at: DVec2) -> Vec3 {
-        let texel = |x, y| self.image.colour(x, y);
-        self.interpolated(at, texel, |a, b, t| a + t * (b - a))
-    }
-
     /// The mean of linear RGB over a square of texels that the point lies in, one of those whose means are known: the
     /// largest whose sides are at most `most` in coordinates of the image's unit square; the point's own where there is
     /// none so small.
@@ -102,14 +96,8 @@ impl Texture {
         }
     }
 
-    /// One channel at coordinates of vertices, a share of 1 that is not decoded.
-    pub fn share(&self, at: DVec2, channel: Channel) -> f32 {
-        let texel = |x, y| self.image.share(x, y, channel);
-        self.interpolated(at, texel, |a, b, t| a + t * (b - a))
-    }
-
-    #[inline(always)]
-    fn interpolated<T>(&self, at: DVec2, texel: impl Fn(usize, usize) -> T, mix: impl Fn(T, T, f32) -> T) -> T {
+    /// Linear RGB at coordinates of vertices.
+    pub fn colour(&self, at: DVec2) -> Vec3 {
         let place = self.in_texels(at);
         let [column, row] = [0, 1].map(|axis| {
             let n = if axis == 0 { self.image.width() } else { self.image.height() };
@@ -117,15 +105,16 @@ impl Texture {
         });
         if self.filter == Filter::Nearest {
             let cell = place.floor();
-            return texel(column(cell.x), row(cell.y));
+            return self.image.colour(column(cell.x), row(cell.y));
         }
         let middle = place - 0.5;
         let low = middle.floor();
         let share = (middle - low).as_vec2();
         let [left, right] = [column(low.x), column(low.x + 1.0)];
         let [above, below] = [row(low.y), row(low.y + 1.0)];
-        let upper = mix(texel(left, above), texel(right, above), share.x);
-        let lower = mix(texel(left, below), texel(right, below), share.x);
+        let mix = |a: Vec3, b: Vec3, t: f32| a + t * (b - a);
+        let [upper, lower] =
+            [above, below].map(|y| mix(self.image.colour(left, y), self.image.colour(right, y), share.x));
         mix(upper, lower, share.y)
     }
 }

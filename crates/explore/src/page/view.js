@@ -160,7 +160,7 @@ export class View {
     const hasImage = (mask?.texture ?? null) !== null;
     const blended = isBlended(scene.materials[group.material]);
     use(gl, shader, {
-      maskChannel: [0, 1, 2, 3].map((channel) => (hasImage && channel === mask.channel ? 1 : 0)),
+      maskChannel: [hasImage ? 1 : 0, 0, 0, 0],
       maskFactor: mask?.factor ?? 1,
       cutoff: mask === null || blended ? -1 : mask.cutoff ?? (hasImage ? 0.5 : 0),
     });
