@@ -319,6 +319,18 @@ fn groups_of_two_objects_are_told_apart() {
     assert_eq!(scene.faces.iter().map(|face| face.object).collect::<Vec<_>>(), [0, 1, 2, 3]);
 }
 
+/// The rows of the reader's table: what no picture needs is silent.
+#[test]
+fn statements_that_change_nothing_are_read_over() {
+    let silent = "vp 0 0\ndeg 2\nstep 1\ncstype bezier\nparm u 0 1\nend\nbevel on\nc_interp on\nd_interp on\nlod 3\n\
+                  shadow_obj a.obj\ntrace_obj b.obj\nmg 1\nres 1\nstech a\n# a comment\nv 0 0 0 1\n";
+    let mtl =
+        b"newmtl a\nKd .5\nKa 1 1 1\nmap_Ka a.png\nsharpness 60\nTf 1 1 1\nPm 0\nPr 1\nillum 2\nNi 1.5\nKs 0 0 0\n";
+    let obj = format!("mtllib m.mtl\n{silent}{SQUARE}usemtl a\nf -4 -3 -2\n");
+    let (_, warnings) = read(&obj, &[("m.mtl", mtl)]);
+    assert!(warnings.is_empty(), "{warnings:?}");
+}
+
 #[test]
 fn statements_that_are_not_modelled_are_named_once() {
     let obj = format!(

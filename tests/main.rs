@@ -20,6 +20,7 @@ mod lenient_files;
 mod local_picture;
 mod modes;
 mod operator;
+mod peoples_files;
 mod points;
 mod punctual;
 mod reference;

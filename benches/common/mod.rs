@@ -83,7 +83,7 @@ pub fn scene_of(triangles: &[Corners]) -> Scene {
         sky: None,
         camera: Camera { position: Vec3::ZERO, forward: Vec3::NEG_Z, right: Vec3::X, up: Vec3::Y, vertical_fov: 60.0 },
         cameras: Vec::new(),
-        frame: UnitFrame { center: DVec3::ZERO, scale: 1.0 },
+        frame: UnitFrame { center: DVec3::ZERO, scale: 1.0, metres: 1.0 },
         transport: None,
         warnings: Vec::new(),
     }

@@ -453,6 +453,7 @@ def load(
     light: Literal["ceiling", "sky"] | None = None,
     highlights: bool = False,
     camera: str | None = None,
+    unit: Literal["m", "cm", "mm", "in", "ft"] | None = None,
 ) -> Scene:
     """Reads a scene.
 
@@ -471,6 +472,9 @@ def load(
         Show highlights of direct light by Ks and Ns of the materials.
     camera : str, optional
         Look through the file's camera of this name.
+    unit : {"m", "cm", "mm", "in", "ft"}, optional
+        Unit of positions in the files, which lights without area need; that of the scene file, else metres, where it
+        is left out.
 
     Returns
     -------
@@ -493,6 +497,7 @@ def load(
         None if light is None else arguments.choice("light", light, ["ceiling", "sky"]),
         arguments.flag("highlights", highlights),
         None if camera is None else arguments.text("camera", camera),
+        None if unit is None else arguments.choice("unit", unit, ["m", "cm", "mm", "in", "ft"]),
     )
     scene = Scene._of(found)
     scene._warn()

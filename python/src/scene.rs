@@ -91,10 +91,12 @@ pub fn open_scene(
     light: Option<&str>,
     highlights: bool,
     camera: Option<&str>,
+    unit: Option<&str>,
 ) -> PyResult<Scene> {
+    let unit = unit.and_then(|symbol| symbol.parse().ok());
     let light = light.map(|light| if light == "sky" { AddedLight::Sky } else { AddedLight::Ceiling });
     let two_sided = if two_sided { Sides::Two } else { Sides::One };
-    let options = LoadOptions { two_sided, reflectance, light, highlights };
+    let options = LoadOptions { two_sided, reflectance, light, highlights, unit };
     let read = || {
         let mut scene = halflight::Scene::open_with(scene, options)?;
         if let Some(name) = camera {

@@ -318,7 +318,7 @@ impl<'a> WalkSources<'a> {
                 Some(_) => scene.means(face, scene.corners(face)).emission,
             };
             let sides: &[Side] = if material.sides == Sides::Two { &[Side::Front, Side::Back] } else { &[Side::Front] };
-            let unit = scene.frame.scale * scene.frame.scale;
+            let unit = scene.frame.in_metres().powi(2);
             let power = PI * unit * scene.emitting_area(face) * emission.element_sum();
             for &side in sides.iter().filter(|_| power > 0.0) {
                 let weight = emission / emission.element_sum();
@@ -344,7 +344,7 @@ impl<'a> WalkSources<'a> {
     /// Solid angle that a light shines into, weighted by its cosine to the exponent, and its spread at unit distance;
     /// for parallel light the area of the disc and 1.
     fn sizes(&self, light: &PunctualLight) -> (f64, f64) {
-        let scale = self.scene.frame.scale;
+        let scale = self.scene.frame.in_metres();
         let PunctualForm::Point { place, beam } = &light.form else {
             return (PI * (scale * self.radius).powi(2), 1.0);
         };
@@ -385,7 +385,7 @@ impl<'a> WalkSources<'a> {
             direction: direction.as_vec3(),
             source: None,
         };
-        let scale = self.scene.frame.scale;
+        let scale = self.scene.frame.in_metres();
         let (place, beam) = match &light.form {
             PunctualForm::Point { place, beam } => (place, beam),
             PunctualForm::Directional { direction } => {

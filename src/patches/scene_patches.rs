@@ -118,9 +118,9 @@ impl Patches {
         &self.areas
     }
 
-    /// `A_i` of every patch, the file's units squared.
+    /// `A_i` of every patch, m².
     pub fn file_areas(&self, scene: &Scene) -> Vec<f64> {
-        let unit = scene.frame.scale * scene.frame.scale;
+        let unit = scene.frame.in_metres().powi(2);
         self.areas.iter().map(|a| a * unit).collect()
     }
 

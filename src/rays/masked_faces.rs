@@ -10,7 +10,8 @@
 //! texel, by a at the point. Both are right in the mean over rays.
 //!
 //! Not handled: closed forms, which take faces as whole; [`crate::direct::Shafts`] leave masked ones to rays. Within a
-//! cell, a part of a face that another hides counts in the mean like the part that is seen.
+//! cell, a part of a face that another hides counts in the mean like the part that is seen; so does what lies beyond the
+//! end of a neighbour over which the mask goes on.
 
 use std::sync::Arc;
 
@@ -48,6 +49,8 @@ struct MaskedFace {
     corners: [Vec3; 3],
     coordinates: [Vec2; 3],
     alpha: [f32; 3],
+    /// Whether the mask goes on beyond the edges opposite to the corners.
+    goes_on: [bool; 3],
 }
 
 impl MaskedFaces {
@@ -58,9 +61,11 @@ impl MaskedFaces {
             let coordinates = scene.coordinates.get(face as usize).copied().unwrap_or_default();
             let colours = scene.colours.get(face as usize).filter(|_| maps.vertex_colours);
             let alpha = colours.map_or([1.0; 3], |corners| corners.map(|colour| colour.w));
-            Some((face, MaskedFace { maps, corners: scene.corners(face), coordinates, alpha }))
+            Some((face, MaskedFace { maps, corners: scene.corners(face), coordinates, alpha, goes_on: [false; 3] }))
         };
-        (!masked.is_empty()).then(|| MaskedFaces { tree: tree(masked), faces: masked.iter().filter_map(own).collect() })
+        let mut faces: FxHashMap<u32, MaskedFace> = masked.iter().filter_map(own).collect();
+        continue_masks(scene, masked, &mut faces);
+        (!masked.is_empty()).then(|| MaskedFaces { tree: tree(masked), faces })
     }
 
     /// Whether there is a surface where a ray meets a face.
@@ -150,7 +155,51 @@ impl MaskedFaces {
     }
 }
 
+/// Finds the edges beyond which masks go on in the plane of their face, as over the diagonal of a quadrangle.
+fn continue_masks(scene: &Scene, masked: &[u32], faces: &mut FxHashMap<u32, MaskedFace>) {
+    let mut edges: FxHashMap<[u32; 2], (u32, usize)> = FxHashMap::default();
+    for &face in masked {
+        let corners = scene.faces[face as usize].vertices;
+        for k in 0..3 {
+            let [from, to] = [corners[(k + 1) % 3], corners[(k + 2) % 3]];
+            // A neighbour that faces the same way has the edge the other way round.
+            let Some(&(other, j)) = edges.get(&[to, from]) else {
+                edges.insert([from, to], (face, k));
+                continue;
+            };
+            let is_one = scene.faces[face as usize].material == scene.faces[other as usize].material;
+            let goes_on = match (faces.get(&face), faces.get(&other)) {
+                (Some(a), Some(b)) => is_one && a.holds_at(b.corners[j], b.coordinates[j], b.alpha[j]),
+                _ => false,
+            };
+            for (face, k) in [(face, k), (other, j)] {
+                faces.entry(face).and_modify(|face| face.goes_on[k] |= goes_on);
+            }
+        }
+    }
+}
+
+/// Distance from a plane, in lengths of edges, and difference of coordinates and alpha below which a mask goes on.
+const GOES_ON: f64 = 1e-4;
+
 impl MaskedFace {
+    /// Whether its mask beyond its edges has these coordinates and alpha at a point of its plane.
+    fn holds_at(&self, point: Vec3, coordinates: Vec2, alpha: f32) -> bool {
+        let [a, b, c] = self.corners.map(|corner| corner.as_dvec3());
+        let (u, v, p) = (b - a, c - a, point.as_dvec3() - a);
+        let normal = u.cross(v);
+        let weights = DVec2::new(p.cross(v).dot(normal), u.cross(p).dot(normal)) / normal.length_squared();
+        let off = p.dot(normal.normalize_or_zero()).abs();
+        let [d, e, f] = self.coordinates.map(|at| at.as_dvec2());
+        let apart = (d + weights.x * (e - d) + weights.y * (f - d)).distance(coordinates.as_dvec2());
+        let own = f64::from(self.alpha(weights.x as f32, weights.y as f32));
+        let largest = weights.abs().max_element().max(1.0);
+        let extent = (e - d).length().max((f - d).length());
+        off <= GOES_ON * u.length().max(v.length())
+            && apart <= GOES_ON * largest * extent
+            && (own - f64::from(alpha)).abs() <= GOES_ON
+    }
+
     /// The share of a surface where a ray meets it. Of faces in one place the first that is there is met, so what lies
     /// over this one is looked up by itself.
     fn at(&self, hit: &Hit) -> f32 {
@@ -181,14 +230,18 @@ impl MaskedFace {
         mask.mean_alone(&place, self.alpha(x as f32, y as f32))
     }
 
-    /// The part of the face within a cell, a convex polygon of weights of the second and third corner.
+    /// The part of the face within a cell, and of what its mask goes on over: a convex polygon of weights of the second
+    /// and third corner.
     fn part_within(&self, cell: &Cell) -> Option<Vec<DVec2>> {
-        let mut around = [DVec2::ZERO; 4];
-        for (place, ray) in around.iter_mut().zip(cell) {
-            *place = self.weights_in_plane(ray)?;
+        let mut part = Vec::with_capacity(7);
+        for ray in cell {
+            part.push(self.weights_in_plane(ray)?);
         }
-        let part = half_plane(&half_plane(&around, DVec2::X, 0.0), DVec2::Y, 0.0);
-        let part = half_plane(&part, DVec2::NEG_ONE, -1.0);
+        // The edges opposite to the first, second and third corner.
+        let inside = [(DVec2::NEG_ONE, -1.0), (DVec2::X, 0.0), (DVec2::Y, 0.0)];
+        for ((normal, offset), _) in inside.into_iter().zip(self.goes_on).filter(|(_, goes_on)| !goes_on) {
+            part = half_plane(&part, normal, offset);
+        }
         (part.len() >= 3).then_some(part)
     }
 

@@ -182,7 +182,7 @@ fn cameras(soup: &Soup, frame: &UnitFrame) -> Result<Vec<NamedCamera>, SceneErro
 /// The file's lights in unit coordinates.
 fn lights(soup: &Soup, frame: &UnitFrame) -> Result<Vec<PunctualLight>, SceneError> {
     let placed =
-        |place: PunctualPlace| PunctualPlace::new(frame.to_unit(place.position), place.attenuation, frame.scale);
+        |place: PunctualPlace| PunctualPlace::new(frame.to_unit(place.position), place.attenuation, frame.in_metres());
     let mut all = soup.lights.clone();
     for (number, light) in all.iter_mut().enumerate() {
         if let PunctualForm::Point { place, .. } = &mut light.form {

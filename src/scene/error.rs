@@ -52,6 +52,11 @@ pub enum SceneError {
     #[diagnostic(help("name it *.obj (Wavefront OBJ), *.glb or *.gltf (glTF 2.0), or *.toml (a scene file)"))]
     UnknownKind { file: String },
 
+    /// A file is of another kind than its name says.
+    #[error("{file} is {is}, not what its name says")]
+    #[diagnostic(help("{advice}"))]
+    OtherKind { file: String, is: &'static str, advice: &'static str },
+
     /// A file is missing or cannot be read.
     #[error("cannot read {file}: {source}")]
     #[diagnostic(help("check the path, and that the file may be read"))]
@@ -85,7 +90,7 @@ pub enum SceneError {
     /// The image of a texture is there and cannot be decoded.
     #[error("{place}: the image `{name}` is broken: {message}")]
     #[diagnostic(help(
-        "save the image again as PNG, JPEG or TGA, or remove it: without the file the plain colour counts"
+        "save the image again as PNG, JPEG, WebP, BMP or TGA, or remove it: without the file the plain colour counts"
     ))]
     Image { place: Place, name: String, message: String },
 
@@ -192,9 +197,9 @@ pub enum SceneError {
     /// The scene file is not TOML, or not of the scene file's form.
     #[error("{place}: {message}")]
     #[diagnostic(help(
-        "a scene file holds: obj (or mesh), mode (or alpha, tau), [camera] position target up vertical_fov, \
+        "a scene file holds: obj (or mesh), unit, up, mode (or alpha, tau), [camera] position target up vertical_fov, \
          [materials.NAME] mode (or alpha, tau) two_sided emission visible_emission, \
-         [[lights]] type position direction intensity attenuation exponent cutoff, \
+         [[lights]] type name position direction intensity attenuation exponent cutoff file along, \
          [sky] radiance (or upper, lower)"
     ))]
     SceneFile { place: Place, message: String },
@@ -261,6 +266,7 @@ impl SceneError {
         use SceneError::*;
         match self {
             UnknownKind { file }
+            | OtherKind { file, .. }
             | Read { file, .. }
             | Gltf { file, .. }
             | GltfExtensions { file, .. }

@@ -14,6 +14,7 @@ use crate::scene::emission::SkyLight;
 use crate::scene::error::{SceneError, list};
 use crate::scene::model::{AddedLight, Camera, LoadOptions, Scene};
 use crate::scene::obj::lines::decode;
+use crate::scene::other_kinds::refuse_other_kind;
 use crate::scene::punctual::PunctualLight;
 use crate::scene::scene_file::Text;
 use crate::scene::soup::{SceneInput, Soup};
@@ -143,6 +144,7 @@ impl Scene {
 
 fn from_geometry(input: &SceneInput) -> Result<Scene, SceneError> {
     let mut soup = read_geometry(input)?;
+    soup.unit = input.options.unit.or(soup.unit);
     input.options.apply(&mut soup.materials, |_| false);
     assemble_lit(soup, input.options.light)
 }
@@ -150,6 +152,7 @@ fn from_geometry(input: &SceneInput) -> Result<Scene, SceneError> {
 /// Reads a scene file and the geometry that it names.
 fn from_scene_file(input: &SceneInput) -> Result<Scene, SceneError> {
     let SceneInput { file, bytes, reader, options, .. } = *input;
+    refuse_other_kind(file, bytes)?;
     let text = Text { file, text: decode(file, bytes)? };
     let read = text.parse()?;
     let geometry = read.geometry();
@@ -168,12 +171,16 @@ fn from_scene_file(input: &SceneInput) -> Result<Scene, SceneError> {
     };
     let mut soup = read_geometry(&SceneInput { file: geometry, bytes: &bytes, reader: &beside, ..*input })?;
     read.change_materials(&text, &mut soup)?;
+    let unit = options.unit.or(read.unit()).or(soup.unit);
+    soup.unit = unit;
     options.apply(&mut soup.materials, |name| read.gives_sides(name));
     // Where light is may decide from where a scene is looked at; an added luminaire is not looked at.
     let is_framed_lit = read.is_lit() && !read.has_camera() && options.light != Some(AddedLight::Ceiling);
     soup.has_view = read.has_camera() || is_framed_lit;
     let mut scene = assemble_lit(soup, options.light)?;
     read.finish(&text, &mut scene, reader)?;
+    let unlikely = read.unlikely_metres(&scene, unit);
+    scene.warnings.extend(unlikely);
     if is_framed_lit && scene.cameras.is_empty() {
         scene.camera = Camera::framing(&scene);
     }
@@ -182,6 +189,7 @@ fn from_scene_file(input: &SceneInput) -> Result<Scene, SceneError> {
 
 /// Reads an OBJ or a glTF. Faces of opacity 0 are left out.
 fn read_geometry(input: &SceneInput) -> Result<Soup, SceneError> {
+    refuse_other_kind(input.file, input.bytes)?;
     let mut soup = if is_gltf(input.file) { gltf::read(input) } else { obj::read(input) }?;
     soup.remove_invisible();
     Ok(soup)

@@ -11,6 +11,7 @@ use crate::light::{Gloss, Light, Rgb, Transport, TransportError, Visibility};
 use crate::scene::bounds::Bounds;
 use crate::scene::punctual::PunctualLight;
 use crate::scene::textures::{Maps, Mask};
+use crate::scene::unit::LengthUnit;
 
 /// The material of faces for which the file has none: reflects [`LoadOptions::reflectance`].
 pub const NO_MATERIAL: &str = "(none)";
@@ -86,23 +87,30 @@ impl Sky {
     }
 }
 
-/// `file = center + scale * unit`, in the file's units.
+/// `file = center + scale * unit`, in the file's units, of which one is `metres` long.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct UnitFrame {
     /// The middle of the scene's bounding box.
     pub center: DVec3,
     /// Half its largest extent.
     pub scale: f64,
+    /// Metres of the file's unit.
+    pub metres: f64,
 }
 
 impl UnitFrame {
-    /// The frame of some points; none if there are none or all coincide.
-    pub fn of(points: impl Iterator<Item = DVec3>) -> Option<UnitFrame> {
+    /// The frame of some points in a unit of so many metres; none if there are none or all coincide.
+    pub fn of(points: impl Iterator<Item = DVec3>, metres: f64) -> Option<UnitFrame> {
         let Bounds { low, high } = Bounds::of(points);
         // Halves first: the sum of two large numbers overflows.
         let scale = (0.5 * high - 0.5 * low).max_element();
         let center = 0.5 * low + 0.5 * high;
-        (scale > 0.0 && scale.is_finite()).then_some(UnitFrame { center, scale })
+        (scale > 0.0 && scale.is_finite()).then_some(UnitFrame { center, scale, metres })
+    }
+
+    /// Metres of one unit coordinate: what `1/d²` and areas that power leaves from are measured by.
+    pub fn in_metres(&self) -> f64 {
+        self.metres * self.scale
     }
 
     /// From the file's units to unit coordinates.
@@ -195,6 +203,8 @@ pub struct LoadOptions {
     pub light: Option<AddedLight>,
     /// Whether materials show highlights by their `Ks` and `Ns`.
     pub highlights: bool,
+    /// The unit of positions, in place of what the files say.
+    pub unit: Option<LengthUnit>,
 }
 
 /// Light added to a scene.
@@ -209,7 +219,7 @@ pub enum AddedLight {
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        LoadOptions { two_sided: Sides::One, reflectance: 0.5, light: None, highlights: false }
+        LoadOptions { two_sided: Sides::One, reflectance: 0.5, light: None, highlights: false, unit: None }
     }
 }
 

@@ -1,7 +1,11 @@
-//! Scene files: TOML that adds camera, modes, emission, punctual lights and a sky to an OBJ or a glTF.
+//! Scene files: TOML that adds camera, modes, emission, punctual lights and a sky to an OBJ or a glTF, and says which
+//! way is up and how long one of its numbers is.
 //!
 //! An example with every key is in docs/commands.md. Unknown keys are errors. Values keep their places in the text,
 //! which [`Text`] turns into lines. Only place for `toml`.
+//!
+//! Luminaires by LM-63 hang along the scene's `up`, and the sky's halves lie above and below; where only the camera has
+//! one, that counts for both. `1/d²` of lights is in metres; an `attenuation` that is given is in the file's units.
 //!
 //! Not handled: geometry, which is the OBJ's or the glTF's.
 
@@ -19,10 +23,11 @@ use toml::Spanned;
 use crate::light::{Mode, Rgb, Transport, TransportError, Visibility};
 use crate::scene::emission::SkyLight;
 use crate::scene::error::{Place, SceneError, ViewError, list, shorten};
-use crate::scene::ies::{self, Mounting};
 use crate::scene::model::{Camera, DEFAULT_FOV, Material, Scene, Sides};
+use crate::scene::photometry::{Mounting, read_lm63};
 use crate::scene::punctual::{Beam, PunctualForm, PunctualLight, PunctualPlace};
 use crate::scene::soup::{Soup, check_emission, outside_f32};
+use crate::scene::unit::LengthUnit;
 
 /// A scene file's text, to find lines in.
 pub(crate) struct Text<'a> {
@@ -33,12 +38,17 @@ pub(crate) struct Text<'a> {
 /// A value with its place in the text, if it is given.
 type Given<T> = Option<Spanned<T>>;
 
+/// Units that a scene lit by luminaires is long at most without a doubt that they are metres.
+const LARGEST: f64 = 200.0;
+
 /// All of a scene file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SceneFile {
     #[serde(alias = "mesh")]
     obj: Spanned<String>,
+    unit: Option<LengthUnit>,
+    up: Given<[f64; 3]>,
     mode: Given<String>,
     alpha: Given<f64>,
     tau: Given<f64>,
@@ -143,6 +153,21 @@ impl Text<'_> {
         Err(SceneError::NotFinite { place: self.place(given.span()), statement: key.into(), word: wrong.to_string() })
     }
 
+    /// The unit vector upwards.
+    fn up(&self, given: &Spanned<[f64; 3]>) -> Result<DVec3, SceneError> {
+        let vector = self.vector("up", given)?;
+        let unit = (vector / vector.abs().max_element()).try_normalize();
+        unit.ok_or_else(|| self.error(given.span(), "`up` is zero: it needs a direction, like [0, 0, 1]"))
+    }
+
+    /// A vector of a light that is not zero, at length 1.
+    fn direction(&self, key: &'static str, given: &Spanned<[f64; 3]>) -> Result<DVec3, SceneError> {
+        // The largest number first: squares of very small or large ones would under- or overflow.
+        let unit = |vector: DVec3| (vector / vector.abs().max_element()).try_normalize();
+        let vector = self.vector(key, given)?;
+        self.checked(key, given, "a vector that is not zero", |_| unit(vector))
+    }
+
     /// Radiance or intensity: three numbers, finite and not negative; black where none is given.
     fn light(&self, owner: &str, key: &str, given: Option<&Spanned<[f64; 3]>>) -> Result<Rgb, SceneError> {
         let Some(given) = given else { return Ok(Rgb::ZERO) };
@@ -199,6 +224,11 @@ impl SceneFile {
         !self.lights.is_empty() || self.sky.is_some()
     }
 
+    /// The unit of all positions, where it is given.
+    pub(super) fn unit(&self) -> Option<LengthUnit> {
+        self.unit
+    }
+
     /// Whether it has a camera.
     pub(super) fn has_camera(&self) -> bool {
         self.camera.is_some()
@@ -234,18 +264,51 @@ impl SceneFile {
         let [alpha, tau] = text.transport(&self.mode, &self.alpha, &self.tau)?;
         scene.transport = (alpha.is_some() || tau.is_some())
             .then(|| Transport { alpha: alpha.unwrap_or(default.alpha), tau: tau.unwrap_or(default.tau) });
+        let own = self.up.as_ref().map(|up| text.up(up)).transpose()?;
         if let Some(camera) = &self.camera {
-            scene.camera = camera.get_ref().camera(text, camera.span(), scene)?;
+            scene.camera = camera.get_ref().camera(text, camera.span(), scene, own.unwrap_or(DVec3::Y))?;
         }
+        let of_camera = || self.camera.as_ref()?.get_ref().up.as_ref();
+        let up = own.map_or_else(|| of_camera().map_or(Ok(DVec3::Y), |up| text.up(up)), Ok)?;
         for table in &self.lights {
-            let read = table.get_ref().light(text, table.span(), scene, reader)?;
+            let read = table.get_ref().light(text, table.span(), (scene, up), reader)?;
             scene.lights.push(read);
         }
         if let Some(sky) = &self.sky {
-            let up = self.camera.as_ref().and_then(|camera| camera.get_ref().up.as_ref());
-            scene.set_sky(sky.light(text)?, up.map_or(DVec3::Y, |up| DVec3::from_array(*up.get_ref())));
+            scene.set_sky(sky.light(text)?, up);
         }
+        scene.warnings.extend(self.turned_by_camera(text, up));
         Ok(())
+    }
+
+    /// Warns where the camera's `up` turns a sky of two halves or luminaires, and is none that a scene is built along.
+    fn turned_by_camera(&self, text: &Text, up: DVec3) -> Option<String> {
+        let is_usual = self.up.is_some() || [DVec3::Y, DVec3::Z].iter().any(|axis| up.distance(*axis) < 1e-3);
+        let is_hung = |table: &Spanned<LightTable>| table.get_ref().hangs_down();
+        let is_halved = self.sky.as_ref().is_some_and(|sky| sky.radiance.is_none());
+        if is_usual || !(is_halved || self.lights.iter().any(is_hung)) {
+            return None;
+        }
+        let place = text.place(self.camera.as_ref().map_or(0..0, Spanned::span));
+        let DVec3 { x, y, z } = up;
+        Some(format!(
+            "{place}: the camera's up ({x:.3}, {y:.3}, {z:.3}) is taken for the scene's: sky and luminaires are turned to \
+             it; give the scene its own, like up = [0, 1, 0], before [camera]"
+        ))
+    }
+
+    /// Warns where luminaires take numbers for metres that are likely none; `unit` is what is known of them.
+    pub(super) fn unlikely_metres(&self, scene: &Scene, unit: Option<LengthUnit>) -> Option<String> {
+        let is_measured = |table: &Spanned<LightTable>| matches!(table.get_ref().kind, LightType::Ies);
+        let size = 2.0 * scene.frame.scale;
+        let is_unlikely = unit.is_none() && size > LARGEST && self.lights.iter().any(is_measured);
+        is_unlikely.then(|| {
+            format!(
+                "`{}` is {size:.0} units long, which its luminaires take for metres, so that little light arrives; give \
+                 the unit, like unit = \"mm\" in the scene file, or --unit mm",
+                scene.name
+            )
+        })
     }
 }
 
@@ -268,9 +331,10 @@ impl MaterialTable {
 
 impl CameraTable {
     /// The camera in unit coordinates. The direction is taken in the file's units: a target close by stays exact.
-    fn camera(&self, text: &Text, span: Range<usize>, scene: &Scene) -> Result<Camera, SceneError> {
+    /// Its up is `up` where it has none.
+    fn camera(&self, text: &Text, span: Range<usize>, scene: &Scene, up: DVec3) -> Result<Camera, SceneError> {
         let (position, target) = (text.vector("position", &self.position)?, text.vector("target", &self.target)?);
-        let up = self.up.as_ref().map_or(Ok(DVec3::Y), |up| text.vector("up", up))?;
+        let up = self.up.as_ref().map_or(Ok(up), |up| text.vector("up", up))?;
         let fov = self.vertical_fov.as_ref().map_or(DEFAULT_FOV, |fov| *fov.get_ref());
         let eye = scene.frame.to_unit(position).as_vec3();
         let finite = eye.is_finite().then_some(()).ok_or(ViewError::NotFinite);
@@ -284,12 +348,17 @@ impl CameraTable {
 }
 
 impl LightTable {
-    /// The light in unit coordinates, once its keys are those of its type.
+    /// Whether it is a luminaire without a direction of its own.
+    fn hangs_down(&self) -> bool {
+        matches!(self.kind, LightType::Ies) && self.direction.is_none()
+    }
+
+    /// The light in unit coordinates of a scene and its up, once its keys are those of its type.
     fn light(
         &self,
         text: &Text,
         table: Range<usize>,
-        scene: &mut Scene,
+        (scene, up): (&mut Scene, DVec3),
         reader: Reader,
     ) -> Result<PunctualLight, SceneError> {
         let (needed, optional): (&[&str], &[&str]) = match self.kind {
@@ -323,19 +392,13 @@ impl LightTable {
             Some(given) => text.light("a light", "intensity", Some(given))?,
             None => Rgb::ONE,
         };
-        Ok(PunctualLight { form: self.form(text, scene, reader)?, intensity, name: self.name.clone() })
+        Ok(PunctualLight { form: self.form(text, (scene, up), reader)?, intensity, name: self.name.clone() })
     }
 
     /// Its form; keys that are not given have no effect on it.
-    fn form(&self, text: &Text, scene: &mut Scene, reader: Reader) -> Result<PunctualForm, SceneError> {
+    fn form(&self, text: &Text, (scene, up): (&mut Scene, DVec3), reader: Reader) -> Result<PunctualForm, SceneError> {
         let frame = scene.frame;
-        let unit_vector = |key: &'static str, given: &Spanned<[f64; 3]>| {
-            // The largest number first: squares of very small or large ones would under- or overflow.
-            let unit = |vector: DVec3| (vector / vector.abs().max_element()).try_normalize();
-            let vector = text.vector(key, given)?;
-            text.checked(key, given, "a vector that is not zero", |_| unit(vector))
-        };
-        let direction = given(&self.direction, |given| unit_vector("direction", given))?;
+        let direction = given(&self.direction, |given| text.direction("direction", given))?;
         let position = given(&self.position, |given| {
             let unit = frame.to_unit(text.vector("position", given)?);
             let is_near = unit.as_vec3().is_finite();
@@ -354,7 +417,10 @@ impl LightTable {
             let cosine = |degrees: f64| if degrees == 90.0 { 0.0 } else { degrees.to_radians().cos() };
             text.checked("cutoff", given, needed, |degrees| (degrees > 0.0 && degrees <= 90.0).then(|| cosine(degrees)))
         })?;
-        let place = PunctualPlace::new(position, attenuation.unwrap_or(PunctualLight::PHYSICAL), frame.scale);
+        let place = match attenuation {
+            Some(attenuation) => PunctualPlace::new(position, attenuation, frame.scale),
+            None => PunctualPlace::new(position, PunctualLight::PHYSICAL, frame.in_metres()),
+        };
         Ok(match self.kind {
             LightType::Point => PunctualForm::even(place),
             LightType::Spot | LightType::Warn => {
@@ -362,13 +428,13 @@ impl LightTable {
             }
             LightType::Directional => PunctualForm::Directional { direction },
             LightType::Ies => {
-                let along = given(&self.along, |given| unit_vector("along", given).map(Some))?;
-                let axis = if self.direction.is_some() { direction } else { DVec3::NEG_Y };
+                let along = given(&self.along, |given| text.direction("along", given).map(Some))?;
+                let axis = if self.direction.is_some() { direction } else { -up };
                 if let Some(along) = along.filter(|along| along.cross(axis).length() < 1e-6) {
                     let span = self.along.as_ref().map_or(0..0, Spanned::span);
                     return Err(text.error(span, format!("`along` {along} is the luminaire's own axis")));
                 }
-                PunctualForm::Point { place, beam: self.measured(text, &Mounting { axis, along }, scene, reader)? }
+                PunctualForm::Point { place, beam: self.measured(text, &Mounting { axis, along, up }, scene, reader)? }
             }
         })
     }
@@ -385,7 +451,7 @@ impl LightTable {
         let name = file.get_ref();
         let missing =
             |source| SceneError::MissingPhotometry { place: text.place(file.span()), name: shorten(name), source };
-        let read = ies::read(name, &reader(name).map_err(missing)?, mounting)?;
+        let read = read_lm63(name, &reader(name).map_err(missing)?, mounting)?;
         let named = format!("{name}: ");
         if read.opening > 0.0 && !scene.warnings.iter().any(|warning| warning.starts_with(&named)) {
             scene.warnings.push(format!(

@@ -23,6 +23,7 @@ use crate::scene::error::{Place, SceneError, Tally, shorten};
 use crate::scene::model::{Camera, LoadOptions, Material, UnitFrame};
 use crate::scene::punctual::PunctualLight;
 use crate::scene::textures::Mask;
+use crate::scene::unit::LengthUnit;
 
 /// Reads a file named relative to the OBJ or scene file.
 pub(crate) type Reader<'a> = &'a dyn Fn(&str) -> io::Result<Cow<'a, [u8]>>;
@@ -50,6 +51,8 @@ pub(crate) struct Soup {
     pub file: String,
     /// What `Polygon::number` counts: `line`, `face` or `triangle`.
     pub item: &'static str,
+    /// The unit of its numbers, where it is known.
+    pub unit: Option<LengthUnit>,
     pub vertices: Vec<DVec3>,
     /// The corners of all polygons, one after the other.
     pub corners: Vec<u32>,
@@ -130,7 +133,8 @@ impl Soup {
 
     /// The frame of unit coordinates; none where no polygon has an extent.
     pub(super) fn frame(&self) -> Option<UnitFrame> {
-        UnitFrame::of(self.corners.iter().map(|&v| self.vertices[v as usize]))
+        let metres = self.unit.unwrap_or_default().metres();
+        UnitFrame::of(self.corners.iter().map(|&v| self.vertices[v as usize]), metres)
     }
 
     /// Removes the polygons of materials of opacity 0, with a warning.

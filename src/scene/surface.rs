@@ -4,8 +4,8 @@
 //!
 //! The mean over a texture is exact ([`crate::scene::textures::Texture::mean`]), and so is that over colours of
 //! vertices, which are linear: the mean of the corners. Where both meet, each of 64 parts of a piece has the exact mean
-//! of the texture times the colour of its middle. Over a mask with an image or with alpha of vertices the mean is that
-//! of a grid of points.
+//! of the texture times the colour of its middle. The mean share of a mask without a cutoff is exact in the same way;
+//! where the mask has one, or reflectance or emission vary along with it, means are those of a grid of points.
 //!
 //! Not handled: which image lies where ([`crate::scene::textures`]); the sky's faces, which have no place.
 
@@ -199,7 +199,8 @@ impl Material {
         let share = |mask: &Mask| f64::from(mask.at(DVec2::ZERO, 1.0));
         let even = match &maps.mask {
             None => Some(1.0),
-            Some(mask) => piece.is_even(mask).then(|| share(mask)),
+            Some(mask) if piece.is_even(mask) => Some(share(mask)),
+            Some(mask) => piece.mean_share(maps, mask),
         };
         if let Some(coverage) = even {
             let emission = emission * piece.mean(maps.emission.as_ref());
@@ -225,6 +226,15 @@ impl Piece {
         !mask.has_images() && self.colours.is_none_or(|colours| colours.iter().all(|colour| colour.w == 1.0))
     }
 
+    /// The mean share of a mask; none where it has a cutoff or others over it, or where more than the mask varies.
+    fn mean_share(&self, maps: &Maps, mask: &Mask) -> Option<f64> {
+        let is_alone = mask.cutoff.is_none() && mask.over.is_empty();
+        let [a, b, c] = self.colours.unwrap_or([DVec4::ONE; 3]);
+        let is_plain =
+            maps.reflectance.is_none() && maps.emission.is_none() && a.xyz() == b.xyz() && a.xyz() == c.xyz();
+        (is_alone && is_plain).then(|| f64::from(mask.factor) * self.mean_coloured_by(mask.texture.as_ref()).w)
+    }
+
     /// Colour and alpha at the point with these weights of the second and third corner.
     fn colour(&self, at: DVec2) -> DVec4 {
         self.colours.map_or(DVec4::ONE, |[a, b, c]| a + at.x * (b - a) + at.y * (c - a))
@@ -236,15 +246,21 @@ impl Piece {
 
     /// The mean of a texture times the colour of the vertices.
     fn mean_coloured(&self, texture: Option<&Texture>) -> DVec3 {
-        let Some([a, b, c]) = self.colours else { return self.mean(texture) };
+        self.mean_coloured_by(texture).xyz()
+    }
+
+    /// The mean of a texture times the colour of the vertices, and that of its first channel times their alpha.
+    fn mean_coloured_by(&self, texture: Option<&Texture>) -> DVec4 {
+        let of = |texel: DVec3| texel.extend(texel.x);
+        let Some([a, b, c]) = self.colours else { return of(self.mean(texture)) };
         let Some(texture) = texture.filter(|_| a != b || a != c) else {
-            return self.mean(texture) * ((a + b + c) / 3.0).xyz();
+            return of(self.mean(texture)) * ((a + b + c) / 3.0);
         };
         let part = |corners: [DVec2; 3]| {
             let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
-            texture.mean(corners.map(|at| weighted(self.coordinates, at))) * self.colour(middle).xyz()
+            of(texture.mean(corners.map(|at| weighted(self.coordinates, at)))) * self.colour(middle)
         };
-        parts().map(part).sum::<DVec3>() / f64::from(PARTS * PARTS)
+        parts().map(part).sum::<DVec4>() / f64::from(PARTS * PARTS)
     }
 }
 

@@ -48,12 +48,18 @@ fn warns(scene: &Scene, parts: &[&str]) {
     }
 }
 
+/// What the sRGB codes over 255 that an OBJ has stand for, by the curve of IEC 61966-2-1.
+fn decoded(codes: Vec3) -> Vec3 {
+    let curve = |v: f32| if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
+    Vec3::new(curve(codes.x), curve(codes.y), curve(codes.z))
+}
+
 const FACE: &str = "mtllib m.mtl\nusemtl a\nf 1 2 3 4\n";
 const RED: &str = ".8 .1 .05";
 
 #[test]
 fn a_colour_is_what_a_material_that_says_nothing_reflects() {
-    let red = Vec3::new(0.8, 0.1, 0.05);
+    let red = decoded(Vec3::new(0.8, 0.1, 0.05));
     let without = "f 1 2 3 4\n";
     for (faces, mtl, expected, warned) in [
         (without, "", red, "no usemtl"),
@@ -125,16 +131,16 @@ fn vertices_without_a_colour_are_white_or_the_grey_of_their_material() {
     let some = square([RED, RED, "", RED]);
     let scene = read(&format!("{some}{FACE}"), "newmtl a\nKd .5 .5 .5\n");
     near(rho(&scene, 1.0, 1.0), Vec3::splat(0.5));
-    near(rho(&scene, 0.0, 0.0), 0.5 * Vec3::new(0.8, 0.1, 0.05));
+    near(rho(&scene, 0.0, 0.0), 0.5 * decoded(Vec3::new(0.8, 0.1, 0.05)));
     warns(&scene, &["1 partly coloured face (first: s.obj, line 7)"]);
     let scene = read(&format!("{some}f 1 2 3 4\n"), "");
     near(rho(&scene, 1.0, 1.0), Vec3::splat(0.5));
-    near(rho(&scene, 0.0, 0.0), Vec3::new(0.8, 0.1, 0.05));
+    near(rho(&scene, 0.0, 0.0), decoded(Vec3::new(0.8, 0.1, 0.05)));
     // Another face of the same grey keeps it, and a face of fewer than three corners shifts no colours.
     let other = format!("{}v 3 0 0\nv 3 0 1\nv 4 0 1\nf 1 2\nf 1 2 3 4\nf 5 6 7\n", square([RED; 4]));
     let scene = read(&other, "");
     near(rho(&scene, 3.2, 0.6), Vec3::splat(0.5));
-    near(rho(&scene, 0.3, 0.6), Vec3::new(0.8, 0.1, 0.05));
+    near(rho(&scene, 0.3, 0.6), decoded(Vec3::new(0.8, 0.1, 0.05)));
 }
 
 #[test]
@@ -142,14 +148,14 @@ fn numbers_behind_coordinates_are_read_or_warned_of() {
     for (behind, expected, warned) in [
         ("1", Vec3::splat(0.5), None),
         ("2", Vec3::splat(0.5), Some("4 vertex weights (first: s.obj, line 1)")),
-        ("1 .8 .1 .05", Vec3::new(0.8, 0.1, 0.05), Some("4 seven-number vs")),
+        ("1 .8 .1 .05", decoded(Vec3::new(0.8, 0.1, 0.05)), Some("4 seven-number vs")),
         ("204 25.5 0", Vec3::ONE.with_z(0.0), Some("4 vertex colours (first: s.obj, line 1): its numbers are clamped")),
-        ("-.1 .5 1", Vec3::new(0.0, 0.5, 1.0), Some("4 vertex colours")),
+        ("-.1 .5 1", decoded(Vec3::new(0.0, 0.5, 1.0)), Some("4 vertex colours")),
         (".5 .5", Vec3::splat(0.5), Some("4 vs (first: s.obj, line 1): what follows x y z")),
         (".5 .5 1 1 1", Vec3::splat(0.5), Some("4 vs (first")),
         ("nan 0 0", Vec3::splat(0.5), Some("4 vs (first")),
         ("red", Vec3::splat(0.5), Some("4 vs (first")),
-        (".8 .1 .05 # wood", Vec3::new(0.8, 0.1, 0.05), None),
+        (".8 .1 .05 # wood", decoded(Vec3::new(0.8, 0.1, 0.05)), None),
     ] {
         let scene = read(&format!("{}f 1 2 3 4\n", square([behind; 4])), "");
         near(rho(&scene, 0.2, 0.7), expected);

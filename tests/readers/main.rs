@@ -1,4 +1,4 @@
-//! The readers of OBJ, MTL, glTF and scene files under texts that are almost right: no panic, no scene that breaks the
+//! The readers of OBJ, MTL, glTF, LM-63 and scene files under texts that are almost right: no panic, no scene that breaks the
 //! rules of [`Scene`], no error without words, no work out of proportion to the text.
 //!
 //! `HALFLIGHT_INPUTS=10000000 cargo test --test readers -- --ignored --nocapture` runs as many inputs as wanted and
@@ -74,6 +74,62 @@ proptest! {
     fn any_text_is_read_or_refused(toml in ".{0,60}", obj in "[-vfolg0-9. /\\\\#\r\n]{0,80}", mtl in ".{0,60}") {
         check(Scene::from_obj_text("s", &obj, &mtl));
         check(Scene::from_toml_text("s", &toml, &obj, &mtl, LoadOptions::default()));
+    }
+}
+
+/// A plate under a luminaire of some file.
+fn with_luminaire(file: &str) -> Result<Scene, SceneError> {
+    const TOML: &str =
+        "obj = \"s.obj\"\nup = [0, 0, 1]\n[[lights]]\ntype = \"ies\"\nposition = [0, 0, 1]\nfile = \"l.ies\"\n";
+    const PLATE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+    Scene::from_toml_text("s", TOML, PLATE, file, LoadOptions::default())
+}
+
+/// What lines of LM-63 files hold, right and wrong.
+fn photometry() -> impl Strategy<Value = String> {
+    let line = prop::sample::select(vec![
+        "IESNA:LM-63-2002",
+        "IES:LM-63-2019",
+        "IESNA91",
+        "[TEST] a",
+        "Tilt head",
+        "TILT=NONE",
+        "TILT=INCLUDE",
+        "TILT = none",
+        "1 -1 1 2 1 1 2 0 0 0",
+        "1 1 10",
+        "1",
+        "2",
+        "0 90",
+        "0",
+        "1 0.5",
+        "100 0",
+        "1 -1 1 2 1 1 2 0 0 0 1 1 10",
+        "\u{1a}",
+        "",
+        "1e400 nan",
+        "-1",
+        "100,0",
+        "99999999999 1 1",
+    ]);
+    let end = prop::sample::select(vec!["\n", "\r\n", "\r", " ", "\0"]);
+    prop::collection::vec((line, end), 0..16).prop_map(|parts| parts.iter().map(|(a, b)| format!("{a}{b}")).collect())
+}
+
+const LUMINAIRE: &str =
+    "IESNA:LM-63-2002\nTILT=INCLUDE\n1\n2\n0 90\n1 0.5\n1 -1 1 2 1 1 2 0 0 0\n1 1 10\n0 90\n0\n100 0\n";
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2048))]
+
+    #[test]
+    fn any_photometry_is_read_or_refused(text in photometry(), at: prop::sample::Index, byte in 0_u8..128) {
+        check(with_luminaire(&text));
+        let mut bytes = LUMINAIRE.as_bytes().to_vec();
+        let at = at.index(bytes.len());
+        bytes[at] = byte;
+        check(with_luminaire(&String::from_utf8(bytes).expect("ASCII")));
+        check(with_luminaire(&LUMINAIRE[..at]));
     }
 }
 

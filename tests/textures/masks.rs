@@ -162,7 +162,8 @@ fn what_is_little_of_a_ray_is_met_by_chance() {
     const DRAWS: u32 = 20_000;
     for _ in 0..DRAWS {
         let aside = Vec3::new(random.uniform() - 0.5, random.uniform() - 0.5, 0.0) * 0.1;
-        let seen = rays.seen(&Ray { origin: from, direction: (Vec3::NEG_Z + aside).normalize(), source: None });
+        let ray = Ray { origin: from, direction: (Vec3::NEG_Z + aside).normalize(), source: None };
+        let seen = rays.seen(&ray, || [ray; 4]);
         let all: f32 = seen.iter().map(|(_, share)| share).sum();
         assert!((all - 1.0).abs() < 1e-5, "{all}");
         sum += seen.iter().filter(|(hit, _)| !card(hit.face)).map(|(_, share)| f64::from(*share)).sum::<f64>();

@@ -7,6 +7,7 @@ mod files;
 mod glb;
 mod masks;
 mod pictures;
+mod shares;
 
 use std::sync::Arc;
 

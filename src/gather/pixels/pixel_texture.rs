@@ -29,7 +29,6 @@ use crate::light::Rgb;
 use crate::rays::{Hit, Side};
 use crate::reading::view::View;
 use crate::scene::Scene;
-use crate::scene::textures::Texture;
 use crate::surfaces::SurfacePoint;
 
 /// Parts of a pixel at most; nearer to the horizon of a plane a pixel keeps its rays' mean.
@@ -140,7 +139,7 @@ impl Footprint {
         let mut sum = DVec3::ZERO;
         for (x, y) in (0..parts.y).flat_map(|y| (0..parts.x).map(move |x| (x, y))) {
             let part = [place(x, y)?, place(x + 1, y)?, place(x + 1, y + 1)?, place(x, y + 1)?];
-            sum += mean(texture, part);
+            sum += texture.mean_in_pixel(part);
         }
         let mean = sum / f64::from(parts.element_product());
         let UVec2 { x, y } = parts;
@@ -250,7 +249,7 @@ impl PixelCells {
         }
         let place = |u: f64, v: f64| coordinates(view, k, face, DVec2::new(u, v));
         let corners = [place(low.x, low.y)?, place(high.x, low.y)?, place(high.x, high.y)?, place(low.x, high.y)?];
-        Some(view.scene.material(face).rho.as_dvec3() * mean(texture, corners))
+        Some(view.scene.material(face).rho.as_dvec3() * texture.mean_in_pixel(corners))
     }
 
     /// Column and row of the cell that a place of the pixel lies in.
@@ -263,12 +262,6 @@ impl PixelCells {
         let [x, y] = self.cell(at);
         [0, 1].map(|step| DVec2::new((x + step).into(), (y + step).into()) / f64::from(self.number))
     }
-}
-
-/// The mean of a texture over a quadrangle, corners on one line or not.
-fn mean(texture: &Texture, [a, b, c, d]: [DVec2; 4]) -> DVec3 {
-    let halves = || 0.5 * (texture.mean([a, b, c]) + texture.mean([a, c, d]));
-    texture.mean_in_pixel(&[a, b, c, d]).unwrap_or_else(halves)
 }
 
 /// Ratio of the areas of a face's plane seen per pixel area, between corners of a part of pixel k along each axis.

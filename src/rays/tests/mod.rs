@@ -45,7 +45,7 @@ pub(crate) fn scene_of(triangles: &[[Vec3; 3]], materials: &[u32]) -> Scene {
         sky: None,
         camera: camera(),
         cameras: Vec::new(),
-        frame: UnitFrame { center: DVec3::ZERO, scale: 1.0 },
+        frame: UnitFrame { center: DVec3::ZERO, scale: 1.0, metres: 1.0 },
         transport: None,
         warnings: Vec::new(),
     }

@@ -1,7 +1,8 @@
 //! Faces in one place: which of them is there.
 //!
-//! A place of a plane has two sides, and each side shows one face: of those that face its way the first in the file;
-//! where there is none, the back of what faces the other way, if that has two sides. One place is what rays take for
+//! A place of a plane has two sides, and each side shows one face: of those that face its way the one that emits, as a
+//! luminaire laid into a ceiling does, else the first in the file; where there is none, the back of what faces the other
+//! way, if that has two sides. One place is what rays take for
 //! one plane ([`planes`]). Where the first face is cut out by a mask, the next one is there.
 //!
 //! So that rays, closed forms, areas and form factors need no test, a scene has each place once: what is covered is cut
@@ -147,7 +148,8 @@ impl Origin<'_> {
         Some(format!(
             "{count} triangle{plural} of {own} {lie} where triangles of {others} that face the same way lie (first: \
              {file}, {item} {at} on {item} {other}; gaps up to {gap:.1e} count as none): of faces in one place the \
-             first in the file is there, what it covers of others is left out; delete one of the two, or move it"
+             one that emits is there, else the first in the file, and what it covers of others is left out; delete \
+             one of the two, or move it"
         ))
     }
 }

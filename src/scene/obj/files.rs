@@ -4,9 +4,9 @@
 //!   first. `\` counts as `/` where no file has it in its name, and a path that leads nowhere is looked for by its last
 //!   part next to the OBJ, since exporters write the paths of their own machine. What is not found is warned of.
 //! * An image is looked for next to its MTL file, then next to the scene's files. One that is not there, or is neither
-//!   PNG, JPEG nor TGA, is warned of, and the material keeps its plain numbers; one that is broken is an error. `Kd`
-//!   and `Ke` are factors on their textures; left out, or all 0, which would leave nothing of the texture, they count
-//!   as 1. The opacity is a factor on `map_d`.
+//!   PNG, JPEG, WebP, BMP nor TGA, is warned of, and the material keeps its plain numbers, or [`DEFAULT_RHO`] where `Kd`
+//!   is 1 or 0; one that is broken is an error. `Kd` and `Ke` are factors on their textures; left out, or all 0, which
+//!   would leave nothing of the texture, they count as 1. The opacity is a factor on `map_d`.
 //!
 //! Not handled: names that differ from the file's in upper and lower case.
 
@@ -18,9 +18,10 @@ use std::sync::Arc;
 use crate::light::Rgb;
 use crate::pictures::{Texels, TexelsError};
 use crate::scene::error::{Place, SceneError, Tally, list, shorten};
-use crate::scene::model::Material;
+use crate::scene::model::{DEFAULT_RHO, Material};
 use crate::scene::obj::lines::Latin;
 use crate::scene::obj::mtl::{Libraries, MapLine};
+use crate::scene::other_kinds::{OtherKind, other_kind};
 use crate::scene::soup::Reader;
 use crate::scene::textures::{Channel, Filter, Image, Maps, Mask, Texture};
 
@@ -104,14 +105,19 @@ fn runs<'a>(words: &[&str], reader: Reader<'a>) -> (Files<'a>, Vec<String>) {
     (found, missing)
 }
 
-/// The file of that name; else with `/` for `\`; else of its last part.
+/// The file of that name; else with `/` for `\`; else of its last part. What is of another kind is not there.
 fn read_either_way<'a>(name: &str, reader: Reader<'a>) -> io::Result<Cow<'a, [u8]>> {
     let slashes = name.replace('\\', "/");
     let last = slashes.rsplit('/').next().unwrap_or("");
-    reader(name).or_else(|failure| {
+    let found = reader(name).or_else(|failure| {
         let others = [slashes.as_str(), last].into_iter().filter(|other| !other.is_empty() && *other != name);
         others.map(reader).find_map(Result::ok).ok_or(failure)
-    })
+    })?;
+    // What stands in a file's place is no more than no file.
+    match other_kind(&found) {
+        Some(OtherKind { is, advice }) => Err(io::Error::other(format!("it is {is}: {advice}"))),
+        None => Ok(found),
+    }
 }
 
 /// Images by name, each decoded once.
@@ -124,6 +130,8 @@ struct Images<'a, 'f> {
     missing: Tally,
     names: Vec<String>,
     first: Option<(String, String)>,
+    /// Those of `map_Kd` that a grey stands for.
+    replaced: Tally,
 }
 
 /// Puts textures onto the materials that `used` numbers; `file` names the OBJ. Adds to the warnings.
@@ -139,13 +147,27 @@ pub(super) fn attach_textures(
     warnings: &mut Vec<String>,
 ) -> Result<(), SceneError> {
     let (missing, known) = (Tally::default(), HashMap::new());
-    let mut images = Images { reader, folder: folder(file), known, missing, names: Vec::new(), first: None };
+    let mut images = Images {
+        reader,
+        folder: folder(file),
+        known,
+        missing,
+        names: Vec::new(),
+        first: None,
+        replaced: Tally::default(),
+    };
     for &index in used {
         let (entry, material) = (&libraries.entries[index], &mut materials[index]);
         let mut maps = Maps::default();
         if let Some((line, image)) = images.open(&entry.map_kd, &material.name)? {
             material.rho = factor(entry.has_kd(), material.rho);
             maps.reflectance = Some(texture(line, image));
+        } else if let Some(line) = &entry.map_kd
+            && (material.rho == Rgb::ZERO || material.rho == Rgb::ONE)
+        {
+            // A factor alone says nothing of what a surface reflects.
+            material.rho = Rgb::splat(DEFAULT_RHO);
+            images.replaced.add_named(line.line, &material.name);
         }
         if let Some((line, image)) = images.open(&entry.map_ke, &material.name)? {
             material.emission = factor(entry.has_ke(), material.emission);
@@ -164,6 +186,8 @@ pub(super) fn attach_textures(
         let names = list(images.names.iter().map(String::as_str));
         let consequence = format!("{names} ({why}): the plain numbers count");
         images.missing.report(file, "line", "missing texture", &consequence, warnings);
+        let consequence = format!("Kd beside it is but a factor; {DEFAULT_RHO} is reflected in place of the texture");
+        images.replaced.report(file, "line", "missing map_Kd", &consequence, warnings);
     }
     Ok(())
 }

@@ -3,6 +3,14 @@
 //! Faces whose material is missing are a grey of [`crate::scene::LoadOptions::reflectance`] that emits nothing, under
 //! the name that the OBJ has for it, so that a scene file may define more of it; one warning counts the names.
 //!
+//! | in the files | here |
+//! |---|---|
+//! | `v` with weight and colour, `vt`, `f`, `o`, `g`, `usemtl`, `mtllib`; `newmtl`, `Kd`, `Ke`, `d`, `Tr`, `map_Kd`, `map_Ke`, `map_d`, with `--highlights` `Ks` and `Ns` | modelled |
+//! | `vp` and what else describes curves, `bevel`, `lod`, `shadow_obj` and the like; `Ka`, `map_Ka`, `sharpness`; `Tf`, `Pm`, `Pr`, `illum` of diffuse surfaces; comments | read over: no picture needs them |
+//! | weights but 1, points, lines, curves, surfaces, normals that differ within a face; `Ks`, `Ni`, metal, coats, mirrors, glass, other textures; what is not known | said, and left out |
+//! | faces of opacity 0, without area or of two corners; colours and opacities out of range; a missing library, material, image or `Kd`; what is defined twice; text that is not UTF-8 | said, with what is there in its place |
+//! | numbers that are none or out of range, indices beyond the vertices, broken images, one line of text, files of another kind | refused |
+//!
 //! `lines` parts a text into statements, `statements` reads those of an OBJ and `objects` the names of its parts, `mtl`
 //! reads materials, `files` finds MTL files and images.
 //!

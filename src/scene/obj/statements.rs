@@ -1,6 +1,6 @@
 //! The statements of an OBJ, each read once and checked with its line.
 //!
-//! Read: `v` with what stands behind its coordinates (`w` a weight, `r g b` a linear colour, `w r g b` both), `vt`,
+//! Read: `v` with what stands behind its coordinates (`w` a weight, `r g b` a colour, `w r g b` both), `vt`,
 //! `vn`, `f`, `usemtl`, `o`, `g`, `mtllib`. Colours outside 0..1 are clamped; weights other than 1, points, lines,
 //! free-form geometry, faces that ask for smooth shading (`vn` that differ from corner to corner, or `s`) and unknown
 //! statements are counted for a warning. Indices may point forward: the range is checked at the end.
@@ -14,6 +14,7 @@ use std::collections::HashMap;
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
+use crate::pictures::decode_srgb;
 use crate::scene::NO_MATERIAL;
 use crate::scene::error::{Place, SceneError, Tally, shorten};
 use crate::scene::obj::lines::{Statement, refuse_one_line, statements};
@@ -50,7 +51,7 @@ pub(super) struct Statements {
     pub materials: Vec<(String, usize)>,
     /// `mtllib` lines: line number and everything after the keyword.
     pub libraries: Vec<(usize, String)>,
-    /// Linear RGB of each vertex up to the last one that has a colour; NaN for those without.
+    /// Linear RGB of each vertex up to the last one that has a colour, decoded; NaN for those without.
     pub colours: Vec<Vec3>,
     pub tallies: Tallies,
     /// `vt`, NaN where they are no numbers.
@@ -168,7 +169,8 @@ impl Statements {
             tallies.colours_outside.add(line);
         }
         self.colours.resize(self.vertices.len() - 1, Vec3::NAN);
-        self.colours.push(Vec3::from_array(colour.map(|part: f64| part.clamp(0.0, 1.0) as f32)));
+        // What writes such files writes sRGB codes over 255.
+        self.colours.push(Vec3::from_array(colour.map(|code: f64| decode_srgb(code.clamp(0.0, 1.0) as f32))));
     }
 
     fn face(&mut self, file: &str, statement: &Statement) -> Result<(), SceneError> {

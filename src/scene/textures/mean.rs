@@ -57,9 +57,16 @@ impl Texture {
         })
     }
 
-    /// The mean of linear RGB over a convex polygon of coordinates that a pixel or a part of it sees; none where its
-    /// corners lie on one line.
-    pub(crate) fn mean_in_pixel(&self, polygon: &[DVec2]) -> Option<DVec3> {
+    /// The mean of linear RGB over a quadrangle of coordinates that a pixel or a part of it sees.
+    pub(crate) fn mean_in_pixel(&self, quadrangle: [DVec2; 4]) -> DVec3 {
+        let [a, b, c, d] = quadrangle;
+        let halves = || 0.5 * (self.mean([a, b, c]) + self.mean([a, c, d]));
+        self.mean_of_part(&quadrangle).unwrap_or_else(halves)
+    }
+
+    /// The mean of linear RGB over a convex polygon of coordinates that a pixel sees; none where its corners lie on one
+    /// line.
+    pub(crate) fn mean_of_part(&self, polygon: &[DVec2]) -> Option<DVec3> {
         self.mean_within(polygon, FEW)
     }
 

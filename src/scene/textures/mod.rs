@@ -84,7 +84,7 @@ impl Mask {
         let texel = match &self.texture {
             _ if self.cutoff.is_some() => return None,
             None => 1.0,
-            Some(texture) => texture.mean_in_pixel(polygon)?.x as f32,
+            Some(texture) => texture.mean_of_part(polygon)?.x as f32,
         };
         Some((self.factor * texel * alpha).clamp(0.0, 1.0))
     }

@@ -17,7 +17,7 @@ use crate::error::CliError;
 use halflight::light::{Mode, Transport};
 use halflight::pictures::{Exposure, Size};
 use halflight::render::{Fineness, Solver, check_pictures, usable_memory};
-use halflight::scene::{AddedLight, LoadOptions, Scene, Sides};
+use halflight::scene::{AddedLight, LengthUnit, LoadOptions, Scene, Sides};
 use halflight_export::scene_to_bytes;
 use halflight_study::compare::{Ladder, Method};
 
@@ -57,6 +57,9 @@ pub struct Completion {
     /// Show highlights of direct light, by Ks and Ns of the MTL
     #[arg(long)]
     pub highlights: bool,
+    /// Unit of positions in the files, which lights without area need [default: the scene file's, or m]
+    #[arg(long, value_name = "UNIT", value_parser = length_unit())]
+    pub unit: Option<LengthUnit>,
 }
 
 /// The scene and its modes.
@@ -124,8 +127,8 @@ impl Completion {
     /// Reads and checks the scene of that name or path, and prints its warnings.
     pub fn load(&self, scene: &str, console: &Console) -> Result<Scene, CliError> {
         let two_sided = if self.two_sided { Sides::Two } else { Sides::One };
-        let Completion { reflectance, light, highlights, .. } = *self;
-        let options = LoadOptions { two_sided, reflectance, light, highlights };
+        let Completion { reflectance, light, highlights, unit, .. } = *self;
+        let options = LoadOptions { two_sided, reflectance, light, highlights, unit };
         let scene = Scene::open_with(scene, options)?;
         check_team(&scene)?;
         scene.warnings.iter().for_each(|warning| console.warn(warning));
@@ -342,6 +345,12 @@ pub fn unit_interval(text: &str) -> Result<f32, String> {
 /// A number from 0 to below 1.
 fn reflectance(text: &str) -> Result<f32, String> {
     number(text, 0.0..1.0, "must be a number from 0 to below 1")
+}
+
+/// A unit of length by its symbol.
+fn length_unit() -> impl TypedValueParser<Value = LengthUnit> {
+    let symbols = PossibleValuesParser::new(LengthUnit::ALL.map(|(symbol, _)| symbol));
+    symbols.try_map(|symbol| symbol.parse::<LengthUnit>())
 }
 
 /// Factors of two that a picture is brightened by.

@@ -1,4 +1,4 @@
-//! The reader of LM-63 files (IES, 1986 to 2019, type C): luminaires as they were measured.
+//! The reader of LM-63 files (IES, type C): luminaires as they were measured.
 //!
 //! ```text
 //! I(gamma, phi) = candela(gamma, phi) * multiplier * ballast factor * tilt factor / 683 lm/W       W/sr
@@ -6,14 +6,28 @@
 //!
 //! Files with rated lumens and absolute ones (-1 lumens) alike give candela as they are.
 //!
+//! | in the file | here |
+//! |---|---|
+//! | edition: 1986 (no header), 1991, 1995, 2002, 2019 | by a line before TILT= that begins with IESNA, IES or LM-63 and has the year, in any spelling, beyond blank lines, comments and labels |
+//! | number after the ballast factor | a factor up to 1991; a reserved number or a code of the file's kind since, read over |
+//! | keywords, labels, comments, lumens, watts, lamps, height of the opening | read over: no picture needs them |
+//! | TILT=NONE, TILT=INCLUDE | read: the factor of the angle between the axis and straight down |
+//! | TILT=FILE | refused |
+//! | width and length of the opening | said: the luminaire counts as a point |
+//! | type C, any symmetry | read; types A and B refused |
+//! | ends of lines LF, CR LF, CR; ^Z; NUL; byte order mark; bytes that are not UTF-8 | read; what follows ^Z is read over |
+//!
 //! Not handled: types A and B; the size of the luminous opening, which the reader names.
+//!
+//! Source: Illuminating Engineering Society, ANSI/IES LM-63-19 and its editions from 1986 on.
 
 use std::f64::consts::TAU;
 
 use glam::DVec3;
 
 use crate::scene::error::{Place, SceneError, shorten};
-use crate::scene::photometry::{EFFICACY, Photometry, between};
+use crate::scene::other_kinds::refuse_other_kind;
+use crate::scene::photometry::intensity::{EFFICACY, Photometry, between};
 
 /// Angles of a file at most, in either direction: a hundred times as many as goniometers measure.
 const MOST_ANGLES: usize = 36_000;
@@ -25,6 +39,8 @@ pub(crate) struct Mounting {
     pub axis: DVec3,
     /// Where phi is 0, any vector that is not along the axis.
     pub along: Option<DVec3>,
+    /// Unit vector upwards: a luminaire whose axis is its opposite hangs straight down.
+    pub up: DVec3,
 }
 
 impl Mounting {
@@ -38,7 +54,7 @@ impl Mounting {
 
     /// The angle between the axis and straight down, degrees.
     fn tilt(&self) -> f64 {
-        (-self.axis.y).clamp(-1.0, 1.0).acos().to_degrees()
+        (-self.axis.dot(self.up)).clamp(-1.0, 1.0).acos().to_degrees()
     }
 }
 
@@ -52,7 +68,7 @@ struct Numbers<'a> {
 impl<'a> Numbers<'a> {
     fn new(file: &'a str, lines: &[(usize, &'a str)]) -> Numbers<'a> {
         let words = |&(line, text): &(usize, &'a str)| {
-            let separators = |c: char| c.is_whitespace() || c == ',';
+            let separators = |c: char| c.is_whitespace() || c == ',' || c == '\0';
             text.split(separators).filter(|word| !word.is_empty()).map(move |word| (line, word))
         };
         let words: Vec<(usize, &str)> = lines.iter().flat_map(words).collect();
@@ -113,17 +129,16 @@ pub(crate) struct ReadPhotometry {
 /// # Errors
 /// [`SceneError::Photometry`] with the line of the first thing that is not as the standard has it.
 pub(crate) fn read(file: &str, bytes: &[u8], mounting: &Mounting) -> Result<ReadPhotometry, SceneError> {
+    refuse_other_kind(file, bytes)?;
     // Keywords are often of another encoding than the numbers.
     let text = String::from_utf8_lossy(bytes);
-    let lines: Vec<(usize, &str)> = text.lines().enumerate().map(|(k, line)| (k + 1, line.trim())).collect();
+    let lines = lines(&text);
     let error = |line: usize, message: String| SceneError::Photometry { place: Place::line(file, line), message };
-    let tilt = lines.iter().position(|(_, line)| line.to_ascii_uppercase().starts_with("TILT"));
-    let Some(tilt) = tilt else {
+    let Some((tilt, how)) = find_tilt(&lines) else {
         return Err(error(lines.len().max(1), "there is no line TILT=, which every LM-63 file has".to_owned()));
     };
-    let header = lines.first().map_or("", |l| l.1);
+    let edition = lines[..tilt].iter().find_map(|(_, line)| edition(line)).unwrap_or(FIRST_EDITION);
     let (line, statement) = lines[tilt];
-    let how = statement.split_once('=').map_or("", |(_, how)| how.trim()).to_ascii_uppercase();
     let mut numbers = Numbers::new(file, &lines[tilt + 1..]);
     let tilted = match how.as_str() {
         "NONE" => 1.0,
@@ -142,10 +157,8 @@ pub(crate) fn read(file: &str, bytes: &[u8], mounting: &Mounting) -> Result<Read
         *size = numbers.next("a size of the luminous opening")?;
     }
     let ballast = numbers.factor("the ballast factor")?;
-    // What stands here is a factor in files before 1995, a constant until 2002, and a code from then on.
-    let is_old = !header.to_ascii_uppercase().contains("LM-63-");
-    let second = numbers.next("the number after the ballast factor")?;
-    let second = if is_old { second.max(0.0) } else { 1.0 };
+    let what = "the number after the ballast factor";
+    let second = if edition <= LAST_WITH_FACTOR { numbers.factor(what)? } else { numbers.next(what).map(|_| 1.0)? };
     numbers.next("the input watts")?;
     let gammas = numbers.angles("a vertical angle", vertical, 180.0)?;
     let phis = numbers.angles("a horizontal angle", horizontal, 360.0)?;
@@ -174,6 +187,50 @@ pub(crate) fn read(file: &str, bytes: &[u8], mounting: &Mounting) -> Result<Read
     let metres = if unit == 1.0 { 0.3048 } else { 1.0 };
     let opening = metres * sizes[0].abs().hypot(sizes[1].abs());
     Ok(ReadPhotometry { photometry, opening })
+}
+
+/// The lines of a text with their numbers, without spaces around them, up to the end that ^Z marks.
+fn lines(text: &str) -> Vec<(usize, &str)> {
+    let text = text.split('\u{1a}').next().unwrap_or("").trim_start_matches('\u{feff}');
+    let is_blank = |c: char| c.is_whitespace() || c == '\0';
+    let mut all = Vec::new();
+    for line in text.split('\n') {
+        // A carriage return ends a line by itself, unless a line feed follows.
+        let line = line.strip_suffix('\r').unwrap_or(line);
+        all.extend(line.split('\r').map(|line| line.trim_matches(is_blank)));
+    }
+    (1..).zip(all).collect()
+}
+
+/// The line of TILT= and what it says, in capitals: the first one that says NONE or INCLUDE, since labels may begin with
+/// the word; else the first of all.
+fn find_tilt(lines: &[(usize, &str)]) -> Option<(usize, String)> {
+    let says = |line: &str| {
+        let line = line.to_ascii_uppercase();
+        let (word, how) = line.split_once('=')?;
+        (word.trim() == "TILT").then(|| how.trim().to_owned())
+    };
+    let all = || lines.iter().enumerate().filter_map(|(k, (_, line))| Some((k, says(line)?)));
+    all().find(|(_, how)| how == "NONE" || how == "INCLUDE").or_else(|| all().next())
+}
+
+/// The edition of files without a header.
+const FIRST_EDITION: u32 = 1986;
+/// The last edition that has a factor after the ballast factor.
+const LAST_WITH_FACTOR: u32 = 1991;
+
+/// The year of the edition that a header names, like `IESNA:LM-63-2002`, `IESNA91` or `IES LM-63-19`; none of other
+/// lines.
+fn edition(line: &str) -> Option<u32> {
+    let line: String = line.to_ascii_uppercase().chars().filter(|c| c.is_ascii_alphanumeric()).collect();
+    let of_society = line.strip_prefix("IESNA").or_else(|| line.strip_prefix("IES"));
+    let year = match of_society.unwrap_or(&line).strip_prefix("LM63") {
+        Some(year) => year,
+        None => of_society.filter(|year| year.len() == 2 || year.len() == 4)?,
+    };
+    let number = |digits: usize| year.get(..digits)?.parse::<u32>().ok();
+    let short = || number(2).map(|year| if year < 80 { 2000 + year } else { 1900 + year });
+    number(4).filter(|year| (1980..2100).contains(year)).or_else(short)
 }
 
 /// The factor of TILT=INCLUDE for a luminaire whose axis is so many degrees off straight down.
@@ -250,7 +307,7 @@ mod tests {
 
     use super::*;
 
-    const DOWN: Mounting = Mounting { axis: DVec3::NEG_Y, along: None };
+    const DOWN: Mounting = Mounting { axis: DVec3::NEG_Y, along: None, up: DVec3::Y };
 
     fn file(tilt: &str, head: &str, angles: &str, values: &str) -> String {
         format!("IESNA:LM-63-2002\n[TEST] made\nTILT={tilt}\n{head}\n1 1 0\n{angles}\n{values}\n")
@@ -290,7 +347,7 @@ mod tests {
     #[test]
     fn the_frame_is_that_of_the_mounting() {
         let text = file("NONE", "1 -1 1 2 4 1 2 0 0 0", "0 90\n0 90 180 360", "683 683\n683 1366\n683 683\n683 683");
-        let mounting = Mounting { axis: DVec3::NEG_Y, along: Some(DVec3::new(1.0, -5.0, 0.0)) };
+        let mounting = Mounting { along: Some(DVec3::new(1.0, -5.0, 0.0)), ..DOWN };
         let found = read_text(&text, &mounting).expect("a correct file").photometry;
         // phi grows from `along` to axis x along.
         let ninety = DVec3::NEG_Y.cross(DVec3::X);
@@ -327,12 +384,85 @@ mod tests {
     fn a_tilt_table_counts_by_how_the_luminaire_hangs() {
         let text = file("INCLUDE\n1\n3\n0 45 90\n1 0.9 0.5", "1 1000 2 2 1 1 1 -1 0 0", "0 90\n0", "683 683");
         let of = |axis: DVec3| {
-            let found = read_text(&text, &Mounting { axis, along: None }).expect("a correct file");
+            let found = read_text(&text, &Mounting { axis, ..DOWN }).expect("a correct file");
             (found.photometry.intensity(axis), found.opening)
         };
         assert_eq!(of(DVec3::NEG_Y), (2.0, 0.3048));
         assert!((of(DVec3::X).0 - 1.0).abs() < 1e-12);
         assert!((of(DVec3::new(1.0, -1.0, 0.0).normalize()).0 - 1.8).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_edition_is_known_by_any_spelling_of_the_header() {
+        for (line, year) in [
+            ("IESNA:LM-63-2002", Some(2002)),
+            ("IES:LM-63-2019", Some(2019)),
+            ("IESNA: LM-63-1995", Some(1995)),
+            ("IESNA LM 63 - 2002 (type C)", Some(2002)),
+            ("iesna:lm-63-1991", Some(1991)),
+            ("LM-63-95", Some(1995)),
+            ("LM-63-02", Some(2002)),
+            ("IESNA91", Some(1991)),
+            ("IESNA86", Some(1986)),
+            ("IES 1000 cd", None),
+            ("[TEST] by LM-63-2002", None),
+            ("a lamp", None),
+            ("", None),
+        ] {
+            assert_eq!(edition(line), year, "{line}");
+        }
+    }
+
+    /// A lamp of 1 W/sr with 2 after its ballast factor.
+    fn with_header(header: &str, end: &str) -> Result<f64, SceneError> {
+        let angles = "0 90\n0\n683 683";
+        let text = format!("{header}\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 2 0\n{angles}\n").replace('\n', end);
+        read_text(&text, &DOWN).map(|read| read.photometry.intensity(DVec3::NEG_Y))
+    }
+
+    #[test]
+    fn the_second_factor_counts_where_the_edition_has_one() {
+        for (header, counts) in [
+            ("IESNA:LM-63-2002", false),
+            ("\n\nIES:LM-63-2019\n[TEST] a", false),
+            ("# by hand\n\n IESNA : LM-63-1995", false),
+            ("[TEST] a\nIESNA:LM-63-2002", false),
+            ("IESNA91\n[TEST] a", true),
+            ("IESNA:LM-63-1991", true),
+            ("a lamp of 1986\nanother line", true),
+            ("Tilt head, 5 degrees\nTilt = by hand", true),
+        ] {
+            for end in ["\n", "\r\n", "\r"] {
+                let found = with_header(header, end).expect(header);
+                assert!((found - if counts { 2.0 } else { 1.0 }).abs() < 1e-12, "{header:?} {end:?}: {found}");
+            }
+        }
+    }
+
+    #[test]
+    fn marks_of_the_end_are_no_numbers() {
+        let good = file("NONE", "1 -1 1 2 1 1 2 0 0 0", "0 90\n0", "683 683");
+        for end in ["\u{1a}", "\u{1a}\u{1a}\0\0", "\0\0\0", "\r\n\u{1a}\r\nwhat follows", " \u{1a}"] {
+            assert!(read_text(&format!("{good}{end}"), &DOWN).is_ok(), "{end:?}");
+            assert!(read_text(&format!("\u{feff}{}{end}", good.trim_end()), &DOWN).is_ok(), "{end:?}");
+        }
+    }
+
+    #[test]
+    fn a_tilt_is_measured_from_the_scene_s_own_down() {
+        let text = file("INCLUDE\n1\n3\n0 45 90\n1 0.9 0.5", "1 1000 1 2 1 1 1 -1 0 0", "0 90\n0", "683 683");
+        let of = |axis: DVec3, up: DVec3| {
+            let mounting = Mounting { axis, along: None, up };
+            read_text(&text, &mounting).expect("a correct file").photometry.intensity(axis)
+        };
+        for (axis, up, factor) in [
+            (DVec3::NEG_Z, DVec3::Z, 1.0),
+            (DVec3::NEG_Y, DVec3::Z, 0.5),
+            (DVec3::NEG_Y, DVec3::Y, 1.0),
+            (DVec3::NEG_Z, DVec3::Y, 0.5),
+        ] {
+            assert!((of(axis, up) - factor).abs() < 1e-12, "{axis} {up}");
+        }
     }
 
     #[test]
