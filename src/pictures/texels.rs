@@ -1,8 +1,9 @@
-//! The eight-bit texels of a texture's file: PNG, JPEG and TGA, known by their bytes and TGA by its name.
+//! The eight-bit texels of a texture's file: PNG, JPEG, WebP, BMP and TGA, known by their bytes and TGA by its name.
 //!
-//! Deeper channels are rounded to eight bits. The encoded bytes are the caller's to free. Memory is bounded by the
-//! file's size: images whose headers give more pixels than their bytes can hold, more than [`MOST_PIXELS`] to a side,
-//! or more than [`MOST_BYTES`] are refused before they are decoded.
+//! Deeper channels are rounded to eight bits; of an animation the first picture counts. The encoded bytes are the
+//! caller's to free. Memory is bounded by the file's size: images whose headers give more pixels than their bytes can
+//! hold, more than [`MOST_PIXELS`] to a side, or more than [`MOST_BYTES`] are refused before they are decoded. WebP
+//! packs what repeats itself into next to no bytes, so an image of [`WEBP_PIXELS`] may be of any size.
 //!
 //! Not handled: what the codes stand for (sRGB or shares), other formats, colour profiles.
 
@@ -15,6 +16,7 @@ const MOST_PIXELS: u32 = 1 << 15;
 /// Pixels that a file may have for each of its bytes, twice what PNG can pack, and whatever its size.
 const PIXELS_A_BYTE: u64 = 2048;
 const FREE_PIXELS: u64 = 1 << 16;
+const WEBP_PIXELS: u64 = 1 << 24;
 /// Bytes that decoding may take at most.
 const MOST_BYTES: u64 = 1 << 29;
 
@@ -34,9 +36,9 @@ pub struct Texels {
 /// Why an image gives no texels.
 #[derive(Debug, thiserror::Error)]
 pub enum TexelsError {
-    /// The bytes are those of no format that is read.
-    #[error("neither PNG, JPEG nor TGA")]
-    Format,
+    /// The bytes are those of no format that is read; what they are.
+    #[error("{0}, which is not read: PNG, JPEG, WebP, BMP and TGA are")]
+    Format(&'static str),
     /// The bytes break the rules of their format, or would take too much memory.
     #[error("{0}")]
     Broken(String),
@@ -49,7 +51,8 @@ impl Texels {
     /// [`TexelsError`]; an image without pixels is broken.
     pub fn decode(name: &str, bytes: &[u8]) -> Result<Texels, TexelsError> {
         let broken = |error: image::ImageError| TexelsError::Broken(error.to_string().chars().take(200).collect());
-        let mut reader = ImageReader::with_format(Cursor::new(bytes), format(name, bytes).ok_or(TexelsError::Format)?);
+        let format = format(name, bytes).ok_or_else(|| TexelsError::Format(other_format(bytes)))?;
+        let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
         let mut limits = Limits::default();
         limits.max_image_width = Some(MOST_PIXELS);
         limits.max_image_height = Some(MOST_PIXELS);
@@ -57,10 +60,11 @@ impl Texels {
         reader.limits(limits);
         let (width, height) = reader.into_dimensions().map_err(broken)?;
         let pixels = u64::from(width) * u64::from(height);
-        if pixels * 8 > MOST_BYTES || pixels > FREE_PIXELS + PIXELS_A_BYTE * bytes.len() as u64 {
+        let free = if format == ImageFormat::WebP { WEBP_PIXELS } else { FREE_PIXELS };
+        if pixels * 8 > MOST_BYTES || pixels > free + PIXELS_A_BYTE * bytes.len() as u64 {
             return Err(TexelsError::Broken(format!("{width}x{height} pixels are too many")));
         }
-        let mut reader = ImageReader::with_format(Cursor::new(bytes), format(name, bytes).ok_or(TexelsError::Format)?);
+        let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
         reader.no_limits();
         let texels = Texels::of(reader.decode().map_err(broken)?);
         let whole = texels.width > 0 && texels.height > 0;
@@ -80,11 +84,35 @@ impl Texels {
     }
 }
 
-/// The format of a file by its first bytes, else by its name.
+/// The format of a file by its first bytes, else by its name, if it is read.
 fn format(name: &str, bytes: &[u8]) -> Option<ImageFormat> {
-    let marked = image::guess_format(bytes).ok().filter(|f| matches!(f, ImageFormat::Png | ImageFormat::Jpeg));
+    let read = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::WebP, ImageFormat::Bmp];
+    let marked = image::guess_format(bytes).ok().filter(|format| read.contains(format));
     let tga = || name.to_ascii_lowercase().ends_with(".tga").then_some(ImageFormat::Tga);
     marked.or_else(tga)
+}
+
+/// What a file is that is not read.
+fn other_format(bytes: &[u8]) -> &'static str {
+    let marks: [(&[u8], &'static str); 6] = [
+        (b"\xabKTX 2", "KTX2"),
+        (b"\xabKTX 1", "KTX"),
+        (b"DDS ", "DDS"),
+        (b"8BPS", "a Photoshop file"),
+        (b"version https://git-lfs", "a Git LFS pointer"),
+        (b"<", "a text (SVG or HTML)"),
+    ];
+    if let Some((_, what)) = marks.iter().find(|(mark, _)| bytes.starts_with(mark)) {
+        return what;
+    }
+    match image::guess_format(bytes) {
+        Ok(ImageFormat::Avif) => "AVIF",
+        Ok(ImageFormat::Gif) => "GIF",
+        Ok(ImageFormat::Tiff) => "TIFF",
+        Ok(ImageFormat::Hdr) => "HDR",
+        Ok(ImageFormat::OpenExr) => "EXR",
+        _ => "an unknown format",
+    }
 }
 
 #[cfg(test)]
@@ -101,7 +129,7 @@ mod tests {
     fn grey_and_colour_keep_their_channels() {
         let grey = DynamicImage::ImageLuma8(image::GrayImage::from_raw(2, 1, vec![7, 250]).unwrap());
         let both = DynamicImage::ImageRgba8(image::RgbaImage::from_raw(1, 1, vec![1, 2, 3, 4]).unwrap());
-        for format in [ImageFormat::Png, ImageFormat::Tga] {
+        for format in [ImageFormat::Png, ImageFormat::Tga, ImageFormat::WebP, ImageFormat::Bmp] {
             let name = format!("a.{}", format.extensions_str()[0]);
             let texels = Texels::decode(&name, &encoded(&grey, format)).unwrap();
             assert_eq!((texels.width, texels.height, texels.channels, &texels.codes[..]), (2, 1, 1, &[7, 250][..]));
@@ -115,10 +143,38 @@ mod tests {
 
     #[test]
     fn what_is_no_image_is_told_from_what_is_broken() {
-        assert!(matches!(Texels::decode("a.png", b"BM no"), Err(TexelsError::Format)));
+        for (bytes, what) in [
+            (b"no image".as_slice(), "an unknown format"),
+            (b"\xabKTX 20\xbb\r\n\x1a\n", "KTX2"),
+            (b"\0\0\0\x20ftypavif\0\0\0\0", "AVIF"),
+            (b"DDS \x7c\0\0\0", "DDS"),
+            (b"GIF89a", "GIF"),
+            (b"version https://git-lfs.github.com/spec/v1", "a Git LFS pointer"),
+        ] {
+            let found = Texels::decode("a.png", bytes);
+            assert!(matches!(found, Err(TexelsError::Format(found)) if found == what), "{what}: {:?}", found.err());
+        }
         let grey = DynamicImage::ImageLuma8(image::GrayImage::from_raw(2, 1, vec![7, 250]).unwrap());
         let png = encoded(&grey, ImageFormat::Png);
         assert!(matches!(Texels::decode("a.png", &png[..30]), Err(TexelsError::Broken(_))));
         assert!(matches!(Texels::decode("a.tga", b""), Err(TexelsError::Broken(_))));
+    }
+
+    #[test]
+    fn pixels_are_counted_before_they_are_there() {
+        let even = |side: u32| DynamicImage::ImageRgb8(image::RgbImage::from_pixel(side, side, image::Rgb([9, 8, 7])));
+        let webp = encoded(&even(1024), ImageFormat::WebP);
+        assert!(PIXELS_A_BYTE * (webp.len() as u64) < 1024 * 1024, "{} bytes", webp.len());
+        let texels = Texels::decode("a", &webp).unwrap();
+        assert_eq!((texels.width, texels.channels, &texels.codes[..3]), (1024, 3, &[9, 8, 7][..]));
+        let mut bmp = encoded(&even(2), ImageFormat::Bmp);
+        bmp[18..22].copy_from_slice(&1024u32.to_le_bytes());
+        bmp[22..26].copy_from_slice(&1024u32.to_le_bytes());
+        assert!(matches!(Texels::decode("a", &bmp), Err(TexelsError::Broken(what)) if what.contains("too many")));
+        // 14 bits of width less one, and as many of height.
+        let mut webp = encoded(&even(2), ImageFormat::WebP);
+        let at = webp.windows(4).position(|four| four == b"VP8L").unwrap() + 9;
+        webp[at..at + 3].copy_from_slice(&[0xff; 3]);
+        assert!(matches!(Texels::decode("a", &webp), Err(TexelsError::Broken(what)) if what.contains("too many")));
     }
 }

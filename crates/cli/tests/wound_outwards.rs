@@ -35,7 +35,7 @@ fn is_inside(scene: &Scene) -> bool {
     eye.cmpgt(DVec3::ZERO).all() && eye.cmplt(DVec3::new(4.0, 3.0, 5.0)).all()
 }
 
-const TWO: LoadOptions = LoadOptions { two_sided: Sides::Two, reflectance: 0.5, light: None, highlights: false };
+const TWO: LoadOptions = LoadOptions { two_sided: Sides::Two, reflectance: None, light: None, highlights: false };
 
 #[test]
 fn a_room_with_a_lamp_in_it_is_seen_from_inside_however_it_is_wound() {
