@@ -85,7 +85,7 @@ pub enum SceneError {
     /// The image of a texture is there and cannot be decoded.
     #[error("{place}: the image `{name}` is broken: {message}")]
     #[diagnostic(help(
-        "save the image again as PNG, JPEG or TGA, or remove it: without the file the plain colour counts"
+        "save the image again as PNG, JPEG, WebP, BMP or TGA, or remove it: without the file the plain colour counts"
     ))]
     Image { place: Place, name: String, message: String },
 

@@ -95,11 +95,12 @@ pub(super) fn parse(file: &str, json: &[u8]) -> Result<Root, SceneError> {
 fn text(json: &[u8]) -> Result<Cow<'_, str>, String> {
     let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
     let end = json.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
+    let json = &json[..end];
     let start = json.trim_ascii_start();
     match OTHERS.iter().find(|(beginning, _)| start.starts_with(beginning)) {
         Some((_, what)) => Err((*what).to_owned()),
         None if start.is_empty() => Err("it is empty".to_owned()),
-        None => Ok(String::from_utf8_lossy(&json[..end])),
+        None => Ok(String::from_utf8_lossy(json)),
     }
 }
 
