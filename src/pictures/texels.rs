@@ -188,9 +188,9 @@ mod tests {
         bmp[18..22].copy_from_slice(&1024u32.to_le_bytes());
         bmp[22..26].copy_from_slice(&1024u32.to_le_bytes());
         assert!(matches!(Texels::decode("a", &bmp), Err(TexelsError::Broken(what)) if what.contains("too many")));
-        // 14 bits of width less one, and as many of height.
+        // 14 bits of width less one, and as many of height: 8192 by 8192.
         let sizes = 21..25;
-        let webp = [&webp[..sizes.start], &[0xff, 0xff, 0xff, 0x0f], &webp[sizes.end..]].concat();
+        let webp = [&webp[..sizes.start], &[0xff, 0xdf, 0xff, 0x07], &webp[sizes.end..]].concat();
         let error = Texels::decode("a", &webp).err().unwrap().to_string();
         assert!(error.contains("too many"), "{error}");
     }
