@@ -13,9 +13,8 @@ use crate::source::imports::{Imports, circle, imports};
 use crate::source::{Source, code, is_word, sources, words};
 
 /// The outer crates that belong to one room of the core, by the name they have in code.
-const HOMES: [(&str, &str); 8] = [
+const HOMES: [(&str, &str); 7] = [
     ("tobj", "scene"),
-    ("gltf_json", "scene"),
     ("data_url", "scene"),
     ("toml", "scene"),
     ("earcut", "scene"),

@@ -25,7 +25,7 @@ fn load(place: &TempDir, options: LoadOptions) -> Result<Scene, SceneError> {
 /// Name and reflectance of all materials, and the warnings.
 fn read(obj: &str, files: &[(&str, &[u8])]) -> (Vec<(String, f32)>, Vec<String>) {
     let place = place(&[&[("s.obj", obj.as_bytes())], files].concat());
-    let scene = load(&place, LoadOptions { reflectance: 0.25, ..LoadOptions::default() }).unwrap();
+    let scene = load(&place, LoadOptions { reflectance: Some(0.25), ..LoadOptions::default() }).unwrap();
     (scene.materials.into_iter().map(|m| (m.name, m.rho.x)).collect(), scene.warnings)
 }
 
@@ -90,7 +90,7 @@ fn a_scene_file_may_say_what_a_missing_material_is() {
 fn a_reflectance_that_is_none_is_refused() {
     for reflectance in [-0.1, 1.1, f32::NAN] {
         let place = place(&[("s.obj", format!("{SQUARE}f 1 2 3\n").as_bytes())]);
-        let read = load(&place, LoadOptions { reflectance, ..LoadOptions::default() });
+        let read = load(&place, LoadOptions { reflectance: Some(reflectance), ..LoadOptions::default() });
         assert!(matches!(read, Err(SceneError::Rho { .. })));
     }
 }
@@ -248,7 +248,8 @@ fn the_light_gives_the_floor_an_irradiance_of_pi() {
 fn a_bright_room_gets_less_light() {
     let radiance = |reflectance: f32| {
         let place = place(&[("s.obj", room(&[0, 1, 2, 3, 4, 5]).as_bytes())]);
-        let options = LoadOptions { light: Some(AddedLight::Ceiling), reflectance, ..LoadOptions::default() };
+        let options =
+            LoadOptions { light: Some(AddedLight::Ceiling), reflectance: Some(reflectance), ..LoadOptions::default() };
         load(&place, options).unwrap().materials.last().unwrap().emission.x
     };
     // 1/L = F + rho/(1 - rho) 2/52: the light has 2 of the room's 52 square units.

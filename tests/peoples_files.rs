@@ -50,6 +50,16 @@ fn a_luminaire_is_read_whatever_its_header_and_ends_are() {
     }
 }
 
+/// 1000 cd, two metres over a point; `both` has as much again by LM-63.
+#[test]
+fn candela_of_gltf_are_candela() {
+    for (name, expected) in [("point", 250.0), ("both", 500.0)] {
+        let scene = load(&format!("gltf-lights/{name}.toml"));
+        let found = direct(&scene, &[sensor(0.0, 0.0, 0.0, DVec3::Y)])[0];
+        assert!((found / expected - 1.0).abs() < 1e-3, "{name}: {found}");
+    }
+}
+
 #[test]
 fn luminaires_hang_along_the_scene_s_up() {
     let floor = [sensor(0.0, 0.0, -2.0, DVec3::Z)];

@@ -449,7 +449,7 @@ def load(
     file: str | os.PathLike[str],
     *,
     two_sided: bool = False,
-    reflectance: float = 0.5,
+    reflectance: float | None = None,
     light: Literal["ceiling", "sky"] | None = None,
     highlights: bool = False,
     camera: str | None = None,
@@ -464,8 +464,8 @@ def load(
         (:func:`scenes`).
     two_sided : bool
         Give all materials two sides for which no scene file says otherwise.
-    reflectance : float
-        Reflectance, 0 to 1, of faces for which the files have no material.
+    reflectance : float, optional
+        Reflectance, 0 to 1, of faces for which the files have no material: 0.5, in glTF 0.8.
     light : {"ceiling", "sky"}, optional
         Light that the files do not have: a luminaire below the ceiling, or a sky of radiance 1 W/(m² sr).
     highlights : bool
@@ -493,7 +493,7 @@ def load(
     found = _native.open_scene(
         arguments.path("file", file),
         arguments.flag("two_sided", two_sided),
-        arguments.real("reflectance", reflectance, 0.0, 1.0),
+        None if reflectance is None else arguments.real("reflectance", reflectance, 0.0, 1.0),
         None if light is None else arguments.choice("light", light, ["ceiling", "sky"]),
         arguments.flag("highlights", highlights),
         None if camera is None else arguments.text("camera", camera),

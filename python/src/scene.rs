@@ -87,7 +87,7 @@ pub fn open_scene(
     py: Python,
     scene: &str,
     two_sided: bool,
-    reflectance: f32,
+    reflectance: Option<f32>,
     light: Option<&str>,
     highlights: bool,
     camera: Option<&str>,

@@ -37,8 +37,8 @@ pub(crate) use coincident::planes;
 pub use emission::{Emitters, MOST_EMITTERS, SkyLight};
 pub use error::{Place, SceneError, ViewError};
 pub use model::{
-    AddedLight, Camera, DEFAULT_FOV, DEFAULT_RHO, Face, LoadOptions, Material, NO_MATERIAL, NamedCamera, Scene, Sides,
-    Sky, UnitFrame,
+    AddedLight, Camera, DEFAULT_FOV, DEFAULT_GREY, DEFAULT_RHO, Face, LoadOptions, Material, NO_MATERIAL, NamedCamera,
+    Scene, Sides, Sky, UnitFrame,
 };
 pub use photometry::{DrawnDirection, EFFICACY, Photometry};
 pub use polygon::THINNEST;

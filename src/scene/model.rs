@@ -19,6 +19,9 @@ pub const NO_MATERIAL: &str = "(none)";
 /// The reflectance of a material that has no `Kd`: the customary default of MTL readers and writers.
 pub const DEFAULT_RHO: f32 = 0.8;
 
+/// The reflectance of faces without a material, where no option gives another.
+pub const DEFAULT_GREY: f32 = 0.5;
+
 /// Vertical field of view of a camera whose file gives none, degrees: the Cornell box's.
 pub const DEFAULT_FOV: f64 = 39.307_648_116_106_62;
 
@@ -197,8 +200,9 @@ pub struct NamedCamera {
 pub struct LoadOptions {
     /// The sides of materials for which no scene file gives `two_sided`.
     pub two_sided: Sides,
-    /// rho, 0..=1, of faces for which the files have no material.
-    pub reflectance: f32,
+    /// rho, 0..=1, of faces for which the files have no material; without it [`DEFAULT_GREY`], and in glTF, whose
+    /// default material is white, [`DEFAULT_RHO`].
+    pub reflectance: Option<f32>,
     /// Light that the files do not have.
     pub light: Option<AddedLight>,
     /// Whether materials show highlights by their `Ks` and `Ns`.
@@ -219,7 +223,7 @@ pub enum AddedLight {
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        LoadOptions { two_sided: Sides::One, reflectance: 0.5, light: None, highlights: false, unit: None }
+        LoadOptions { two_sided: Sides::One, reflectance: None, light: None, highlights: false, unit: None }
     }
 }
 

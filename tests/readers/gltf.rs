@@ -10,15 +10,17 @@ use crate::glb::{bytes, glb};
 use crate::mutate::{Random, change};
 use crate::{check, setting};
 
-/// A valid file that uses what the reader knows: instances, a strip, a sparse accessor, cameras, lights, textures.
+/// A valid file that uses what the reader knows: instances, a strip, a sparse accessor, cameras, lights, textures,
+/// a skin.
 const JSON: &str = r#"{
  "asset": { "version": "2.0" }, "scene": 0,
  "scenes": [ { "nodes": [ 0, 3 ] } ],
  "nodes": [
   { "mesh": 0, "children": [ 1, 2 ], "name": "a", "scale": [ 1, 2, -1 ], "extensions": { "KHR_lights_punctual": { "light": 0 } } },
-  { "mesh": 1, "translation": [ 1, 0, 3 ], "rotation": [ 0, 0, 1, 0 ] },
+  { "mesh": 1, "translation": [ 1, 0, 3 ], "rotation": [ 0, 0, 1, 0 ],
+    "extensions": { "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": 8, "SCALE": 8, "ROTATION": 4 } } } },
   { "camera": 0, "matrix": [ 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 5, 1 ] },
-  { "mesh": 0, "camera": 1, "extensions": { "KHR_lights_punctual": { "light": 1 } } } ],
+  { "mesh": 0, "camera": 1, "skin": 0, "extras": [ 1 ], "extensions": { "KHR_lights_punctual": { "light": 1 } } } ],
  "cameras": [ { "type": "perspective", "perspective": { "yfov": 0.7, "znear": 0.1 } },
   { "type": "orthographic", "orthographic": { "xmag": 1, "ymag": 1, "znear": 0, "zfar": 1 } } ],
  "extensions": { "KHR_lights_punctual": { "lights": [
@@ -26,23 +28,34 @@ const JSON: &str = r#"{
   { "type": "directional", "color": [ 1, 0.5, 0 ] } ] } },
  "meshes": [ { "primitives": [
    { "attributes": { "POSITION": 0, "TEXCOORD_0": 3 }, "indices": 1, "material": 0 },
-   { "attributes": { "POSITION": 0 }, "indices": 1, "mode": 5 } ] },
+   { "attributes": { "POSITION": 0, "JOINTS_0": 5, "WEIGHTS_0": 6, "_ID": 1, "COLOR_0": 6 }, "indices": 1, "mode": 5 } ] },
   { "name": "fan", "primitives": [ { "attributes": { "POSITION": 2 }, "mode": 6, "material": 1 } ] } ],
  "materials": [
   { "name": "grey", "pbrMetallicRoughness": { "baseColorFactor": [ 0.5, 0.5, 0.5, 1 ],
     "baseColorTexture": { "index": 0, "extensions": { "KHR_texture_transform": { "scale": [ 2, 2 ], "rotation": 1 } } } },
     "alphaMode": "BLEND", "emissiveTexture": { "index": 1 }, "doubleSided": true },
-  { "emissiveFactor": [ 1, 1, 1 ], "extensions": { "KHR_materials_emissive_strength": { "emissiveStrength": 9 } } } ],
+  { "emissiveFactor": [ 1, 1, 1 ], "extensions": {
+    "KHR_materials_pbrSpecularGlossiness": { "diffuseFactor": [ 1, 0.5, 0.5, 1 ], "diffuseTexture": { "index": 1 } },
+    "KHR_materials_emissive_strength": { "emissiveStrength": 9 } } } ],
  "accessors": [
   { "bufferView": 0, "componentType": 5126, "count": 5, "type": "VEC3", "min": [ 0, 0, 0 ], "max": [ 1, 2, 0 ] },
   { "bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR" },
   { "bufferView": 0, "byteOffset": 12, "componentType": 5126, "count": 4, "type": "VEC3",
     "sparse": { "count": 1, "indices": { "bufferView": 1, "componentType": 5123 }, "values": { "bufferView": 0 } } },
-  { "bufferView": 0, "componentType": 5126, "count": 5, "type": "VEC2" } ],
- "textures": [ { "source": 0, "sampler": 0 }, { "source": 1 } ], "samplers": [ { "wrapS": 33071, "magFilter": 9728 } ],
- "images": [ { "uri": "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAACCAYAAABytg0kAAAAGUlEQVR42gXBsQEAAAjDINZ+7ecRRHLIth43MQWXzZkelAAAAABJRU5ErkJggg==" }, { "bufferView": 1, "mimeType": "image/png" } ],
+  { "bufferView": 0, "componentType": 5126, "count": 5, "type": "VEC2" },
+  { "bufferView": 1, "componentType": 5120, "normalized": true, "count": 3, "type": "VEC4", "byteOffset": 0 },
+  { "componentType": 5121, "count": 5, "type": "VEC4" },
+  { "bufferView": 2, "componentType": 5121, "normalized": true, "count": 5, "type": "VEC4" },
+  { "componentType": 5126, "count": 1, "type": "MAT4", "byteOffset": 0,
+    "sparse": { "count": 1, "indices": { "bufferView": 1, "componentType": 5123 }, "values": { "bufferView": 3 } } },
+  { "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3" } ],
+ "skins": [ { "joints": [ 1 ], "inverseBindMatrices": 7 } ],
+ "textures": [ { "source": 0, "sampler": 0 }, { "source": 1, "extensions": { "EXT_texture_webp": { "source": 2 } } } ], "samplers": [ { "wrapS": 33071, "magFilter": 9728 } ],
+ "images": [ { "uri": "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAACCAYAAABytg0kAAAAGUlEQVR42gXBsQEAAAjDINZ+7ecRRHLIth43MQWXzZkelAAAAABJRU5ErkJggg==" }, { "bufferView": 1, "mimeType": "image/png" },
+  { "uri": "data:image/webp;base64,UklGRjAAAABXRUJQVlA4TCMAAAAvAUAAEB8w/wKCIv9H23+BAMG5c8GNKkFN2wYsfpOOiP7HAQA=" } ],
  "bufferViews": [ { "buffer": 0, "byteLength": 60, "byteStride": 12 },
-  { "buffer": 0, "byteOffset": 60, "byteLength": 12 } ],
+  { "buffer": 0, "byteOffset": 60, "byteLength": 12 }, { "buffer": 0, "byteLength": 20 },
+  { "buffer": 0, "byteOffset": 4, "byteLength": 64 } ],
  "buffers": [ { "byteLength": 72 } ] }"#;
 
 const POINTS: [[f32; 3]; 5] = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.5], [0.0, 1.0, 0.0], [0.0, 2.0, 0.0]];

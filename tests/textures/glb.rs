@@ -115,11 +115,11 @@ fn alpha_cuts_holes_as_its_mode_says() {
 fn images_that_are_not_there_are_named_and_broken_ones_refused() {
     let missing = with(&[("/images/0", json!({"uri": "lost.png"}))]).unwrap();
     let all = missing.warnings.join("\n");
-    assert!(all.contains("images that cannot be read, of materials (floor)"), "{all}");
+    assert!(all.contains("images that cannot be read, of materials (floor: lost.png)"), "{all}");
     assert!(material(&missing, "floor").maps.is_none());
     // Positions are no image.
     let other = with(&[("/images/0/bufferView", json!(0))]).unwrap();
-    assert!(other.warnings.join("\n").contains("materials (floor)"));
+    assert!(other.warnings.join("\n").contains("materials (floor: an unknown format)"));
     let view = |scene: Result<Scene, SceneError>| scene.unwrap_err().to_string();
     let error = view(with(&[("/images/0", json!({"uri": "data:image/png;base64,iVBORw0KGgo="}))]));
     assert!(error.contains("image 0 is broken"), "{error}");

@@ -36,7 +36,7 @@ fn is_inside(scene: &Scene) -> bool {
 }
 
 const TWO: LoadOptions =
-    LoadOptions { two_sided: Sides::Two, reflectance: 0.5, light: None, highlights: false, unit: None };
+    LoadOptions { two_sided: Sides::Two, reflectance: None, light: None, highlights: false, unit: None };
 
 #[test]
 fn a_room_with_a_lamp_in_it_is_seen_from_inside_however_it_is_wound() {

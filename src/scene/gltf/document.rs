@@ -1,37 +1,31 @@
-//! The document of a glTF file: its JSON, checked, its buffers, and what of it is ignored.
+//! The document of a glTF file: its JSON and binary chunk, found and read.
 //!
-//! Chunks of a GLB, `data:` URIs and files next to it are read. Every length is checked against the bytes there are,
-//! and a file that several buffers name is kept once, so memory is bounded by the sizes of the files. The JSON is of
-//! version 2, has no index out of range, and requires no extension that geometry needs and that is not read.
+//! The JSON is of version 2 and requires no extension that the picture needs and that is not read. A byte order mark
+//! before it, and zeros behind it, are read over; bytes that are not UTF-8 become the sign for such. Every length of a
+//! GLB is checked against the bytes there are.
 //!
-//! Not handled: buffers on the network.
+//! Not handled: UTF-16, which is refused as such.
 
 use std::borrow::Cow;
-use std::collections::HashMap;
-use std::io;
-use std::rc::Rc;
 
-use data_url::DataUrl;
-use gltf_json::buffer::Buffer;
-use gltf_json::validation::{Error, Validate};
-use gltf_json::{Path, Root};
 use serde::Deserialize;
 
 use crate::scene::error::{SceneError, list, shorten};
-use crate::scene::soup::Reader;
-
-/// Extensions that are read.
-pub(super) const READ: [&str; 4] =
-    ["KHR_lights_punctual", "KHR_materials_emissive_strength", "KHR_mesh_quantization", "KHR_texture_transform"];
-
-/// Extensions that only give where texels come from: nothing is lost beyond their textures.
-const OF_TEXTURES: [&str; 4] = ["KHR_texture_basisu", "EXT_texture_webp", "EXT_texture_avif", "MSFT_texture_dds"];
+use crate::scene::gltf::extensions::is_needed;
+use crate::scene::gltf::schema::Root;
 
 /// Bytes of a GLB's header: magic, version and length.
 const HEADER: usize = 12;
 
-/// The bytes of a buffer.
-pub(super) type Bytes<'a> = Rc<Cow<'a, [u8]>>;
+/// What files are that are often found under the name of a glTF, by how they begin, and what to do.
+const OTHERS: [(&[u8], &str); 6] = [
+    (b"version https://git-lfs", "it is a Git LFS pointer in place of the file: `git lfs pull` brings the file"),
+    (b"<", "it is HTML or XML: what was saved is a page, not the model"),
+    (b"PK\x03\x04", "it is a ZIP archive: unpack it first"),
+    (b"\x1f\x8b", "it is packed by gzip: unpack it first"),
+    (b"\xff\xfe", "it is UTF-16: save it as UTF-8"),
+    (b"\xfe\xff", "it is UTF-16: save it as UTF-8"),
+];
 
 /// The JSON and the binary chunk of a GLB, or all as JSON where it does not begin as a GLB does.
 pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
@@ -71,66 +65,6 @@ fn word(bytes: &[u8], at: usize) -> Option<u32> {
     Some(u32::from_le_bytes(*four))
 }
 
-/// The bytes of every buffer, at least as many as its `byteLength`.
-pub(super) fn buffers<'a>(
-    file: &str,
-    root: &Root,
-    binary: Option<&'a [u8]>,
-    reader: Reader,
-) -> Result<Vec<Bytes<'a>>, SceneError> {
-    let wrong = |message: String| SceneError::Gltf { file: file.to_owned(), message };
-    let mut known: HashMap<&str, Bytes<'a>> = HashMap::new();
-    let mut all = Vec::new();
-    for (number, buffer) in root.buffers.iter().enumerate() {
-        let bytes = match (&buffer.uri, binary) {
-            (None, Some(binary)) if number == 0 => Rc::new(Cow::Borrowed(binary)),
-            (None, _) => {
-                return Err(wrong(format!("buffer {number} has no `uri`, and no binary chunk is there for it")));
-            }
-            (Some(uri), _) if known.contains_key(uri.as_str()) => known[uri.as_str()].clone(),
-            (Some(uri), _) => {
-                let bytes: Bytes = Rc::new(Cow::Owned(buffer_bytes(file, number, uri, reader)?));
-                known.insert(uri, bytes.clone());
-                bytes
-            }
-        };
-        check_length(number, buffer, &bytes).map_err(wrong)?;
-        all.push(bytes);
-    }
-    Ok(all)
-}
-
-fn check_length(number: usize, buffer: &Buffer, bytes: &[u8]) -> Result<(), String> {
-    let (needed, found) = (buffer.byte_length.0, bytes.len());
-    let enough = usize::try_from(needed).is_ok_and(|needed| needed <= found);
-    enough.then_some(()).ok_or_else(|| format!("buffer {number} has {found} bytes, not the {needed} of its byteLength"))
-}
-
-/// The bytes of a buffer of its own.
-fn buffer_bytes(file: &str, number: usize, uri: &str, reader: Reader) -> Result<Vec<u8>, SceneError> {
-    let file = || file.to_owned();
-    let message = || format!("the data URI of buffer {number} cannot be decoded");
-    let found = fetch(uri, reader).ok_or_else(|| SceneError::Gltf { file: file(), message: message() })?;
-    found.map_err(|source| SceneError::MissingBuffer { file: file(), number, name: shorten(uri), source })
-}
-
-/// What a URI stands for: its own data, or a file relative to the glTF's folder; none where its data cannot be decoded.
-pub(super) fn fetch(uri: &str, reader: Reader) -> Option<io::Result<Vec<u8>>> {
-    if uri.starts_with("data:") {
-        return decode(uri).map(Ok);
-    }
-    let plain = decode(&format!("data:,{uri}")).and_then(|bytes| String::from_utf8(bytes).ok());
-    let written = || reader(uri);
-    let found = plain.map_or_else(written, |plain| reader(&plain).or_else(|_| written()));
-    Some(found.map(Cow::into_owned))
-}
-
-/// The bytes of a `data:` URI. A path behind `data:,` is only freed of its percent signs.
-fn decode(uri: &str) -> Option<Vec<u8>> {
-    let (bytes, _) = DataUrl::process(uri).ok()?.decode_to_vec().ok()?;
-    Some(bytes)
-}
-
 #[derive(Deserialize)]
 struct Versioned {
     asset: Asset,
@@ -142,93 +76,46 @@ struct Asset {
     version: serde_json::Value,
 }
 
-/// Reads and checks the JSON.
+/// Reads the JSON, and checks what the file is.
 pub(super) fn parse(file: &str, json: &[u8]) -> Result<Root, SceneError> {
     let wrong = |message: String| SceneError::Gltf { file: file.to_owned(), message };
-    let Versioned { asset } = serde_json::from_slice(json).map_err(|error| wrong(json_error(&error)))?;
-    let version = asset.version.as_str().map_or_else(|| asset.version.to_string(), str::to_owned);
-    if !version.starts_with("2.") {
-        let version = shorten(&version);
-        return Err(wrong(format!("it is glTF {version}; only glTF 2.0 can be read")));
-    }
-    let root: Root = serde_json::from_slice(json).map_err(|error| wrong(json_error(&error)))?;
+    let text = text(json).map_err(wrong)?;
+    let read: Result<Root, _> = serde_json::from_str(&text);
+    check_version(&text).map_err(wrong)?;
+    let root = read.map_err(|error| wrong(json_error(&error)))?;
     let required = root.extensions_required.iter().map(String::as_str);
-    let unread: Vec<&str> = required.filter(|name| !READ.contains(name) && !OF_TEXTURES.contains(name)).collect();
+    let unread: Vec<&str> = required.filter(|name| is_needed(name)).collect();
     if !unread.is_empty() {
         return Err(SceneError::GltfExtensions { file: file.to_owned(), names: list(unread.into_iter()) });
     }
-    check(&root).map_err(wrong)?;
     Ok(root)
+}
+
+/// The text of the JSON, without what may stand around it.
+fn text(json: &[u8]) -> Result<Cow<'_, str>, String> {
+    let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
+    let end = json.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
+    let json = &json[..end];
+    let start = json.trim_ascii_start();
+    match OTHERS.iter().find(|(beginning, _)| start.starts_with(beginning)) {
+        Some((_, what)) => Err((*what).to_owned()),
+        None if start.is_empty() => Err("it is empty".to_owned()),
+        None => Ok(String::from_utf8_lossy(json)),
+    }
+}
+
+/// Refuses other versions than 2, and what does not say its version.
+fn check_version(text: &str) -> Result<(), String> {
+    let Versioned { asset } = serde_json::from_str(text).map_err(|error| json_error(&error))?;
+    let version = asset.version.as_str().map_or_else(|| asset.version.to_string(), str::to_owned);
+    let is_two = version == "2" || version.starts_with("2.");
+    is_two.then_some(()).ok_or_else(|| format!("it is glTF {}; only glTF 2.0 can be read", shorten(&version)))
 }
 
 /// A message of at most 300 characters: serde quotes words of any length.
 fn json_error(error: &serde_json::Error) -> String {
     let message: String = error.to_string().chars().filter(|c| !c.is_control()).take(300).collect();
     format!("its JSON is not that of glTF 2.0: {message}")
-}
-
-/// The crate's own check, but for what is not needed here: bounds of positions.
-fn check(root: &Root) -> Result<(), String> {
-    check_positions(root)?;
-    let mut found: Option<(String, Error)> = None;
-    let mut more = 0;
-    root.validate(root, Path::new, &mut |path, error| {
-        let path = path().to_string();
-        let needless = path.ends_with(".min") || path.ends_with(".max");
-        if error == Error::Unsupported || needless {
-            return;
-        }
-        more += usize::from(found.is_some());
-        found.get_or_insert((path, error));
-    });
-    let Some((path, error)) = found else {
-        return Ok(());
-    };
-    let path: String = path.chars().filter(|c| !c.is_control()).take(200).collect();
-    let others = if more > 0 { format!(", and {more} more faults") } else { String::new() };
-    Err(format!("{path}: {}{others}", error.to_string().to_lowercase()))
-}
-
-/// The crate's check indexes accessors by those of POSITION before it has looked at them.
-fn check_positions(root: &Root) -> Result<(), String> {
-    let primitives = root.meshes.iter().enumerate().flat_map(|(m, mesh)| mesh.primitives.iter().map(move |p| (m, p)));
-    for (number, primitive) in primitives {
-        if primitive.attributes.values().any(|index| index.value() >= root.accessors.len()) {
-            return Err(format!("meshes[{number}]: a primitive names an accessor that does not exist"));
-        }
-    }
-    Ok(())
-}
-
-/// Kinds of things that are not modelled, each with the names of what has them.
-#[derive(Default)]
-pub(super) struct Ignored {
-    kinds: Vec<(&'static str, Vec<String>)>,
-}
-
-impl Ignored {
-    /// Counts one thing of a kind.
-    pub(super) fn add(&mut self, kind: &'static str, name: &str) {
-        let known = self.kinds.iter().position(|(known, _)| *known == kind);
-        let at = known.unwrap_or_else(|| {
-            self.kinds.push((kind, Vec::new()));
-            self.kinds.len() - 1
-        });
-        let names = &mut self.kinds[at].1;
-        if names.last().is_none_or(|last| last != name) {
-            names.push(name.to_owned());
-        }
-    }
-
-    /// `FILE: KIND (NAME, NAME), KIND (NAME): not modelled and ignored`; nothing where nothing was counted.
-    pub(super) fn report(&self, file: &str, warnings: &mut Vec<String>) {
-        if self.kinds.is_empty() {
-            return;
-        }
-        let kind = |(kind, names): &(&str, Vec<String>)| format!("{kind} ({})", list(names.iter().map(String::as_str)));
-        let kinds: Vec<String> = self.kinds.iter().map(kind).collect();
-        warnings.push(format!("{file}: not modelled and ignored: {}", kinds.join("; ")));
-    }
 }
 
 /// A name without control characters, or the number where there is none.
@@ -244,14 +131,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn uris_are_decoded() {
-        assert_eq!(decode("data:application/octet-stream;base64,AAEC").unwrap(), [0, 1, 2]);
-        assert_eq!(decode("data:,a%20b/c.bin").unwrap(), b"a b/c.bin");
-        assert_eq!(decode("data:;base64,AA=A"), None);
-        assert_eq!(decode("data:"), None);
-    }
-
-    #[test]
     fn chunks_that_lie_are_refused() {
         let glb = |length: u32, chunk: u32| {
             let words = [2, length, chunk].map(u32::to_le_bytes);
@@ -262,5 +141,22 @@ mod tests {
             assert!(split(&glb(length, chunk)).is_err(), "{length} {chunk}");
         }
         assert!(split(b"glTF").is_err());
+    }
+
+    #[test]
+    fn what_stands_around_the_json_is_read_over() {
+        for json in ["\u{feff}{}", "{}\0\0", " {} ", "\u{feff}\r\n{}\n\0"] {
+            assert_eq!(text(json.as_bytes()).unwrap().trim_matches(['\r', '\n', ' ']), "{}", "{json:?}");
+        }
+        assert_eq!(text(b"{\"name\": \"caf\xe9\"}").unwrap(), "{\"name\": \"caf\u{fffd}\"}");
+        for (other, part) in [
+            (b"version https://git-lfs.github.com/spec/v1".as_slice(), "git lfs pull"),
+            (b"\n<!DOCTYPE html>", "HTML"),
+            (b"PK\x03\x04", "ZIP"),
+            (b"\xff\xfe{\0", "UTF-16"),
+            (b"\0\0", "empty"),
+        ] {
+            assert!(text(other).is_err_and(|what| what.contains(part)), "{part}");
+        }
     }
 }

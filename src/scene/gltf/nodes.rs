@@ -5,27 +5,32 @@
 //! own ancestor, is an error, so neither depth nor circles matter. Transforms are multiplied in double precision.
 //!
 //! `yfov` is the vertical field of view; the aspect ratio is that of the picture requested. A mirrored node's camera is
-//! not mirrored. Candela are taken as W/sr and lux as W/m², channel by channel, without a luminous efficacy. The soft
-//! edge of a spot, `((cos - cos outer) / (cos inner - cos outer))²` of its intensity, becomes a hard one at the cone
-//! that carries the same power: `cos cutoff = (2 cos inner + cos outer) / 3`.
+//! not mirrored. Candela and lux are photometric: over 683 lm/W they are W/sr and W/m² of white light, times the
+//! light's colour channel by channel. The soft edge of a spot, `((cos - cos outer) / (cos inner - cos outer))²` of its
+//! intensity, becomes a hard one at the cone that carries the same power: `cos cutoff = (2 cos inner + cos outer) / 3`.
 //!
 //! Not handled: scenes other than the default one (the first where none is), animation, orthographic cameras, ranges of
-//! lights, beyond which glTF lets a light end; warnings name them.
+//! lights, beyond which glTF lets a light end, lights of other types; warnings name them.
 //!
 //! Source of lights: Khronos Group, *KHR_lights_punctual*.
 
+use std::collections::HashSet;
 use std::f32::consts::FRAC_PI_2;
 
 use glam::{DMat4, DQuat, DVec3, Vec3};
-use gltf_json::extensions::scene::khr_lights_punctual::{Light, Spot, Type};
-use gltf_json::validation::Checked;
-use gltf_json::{Index, Node, Root};
 
 use crate::scene::error::{Place, SceneError};
-use crate::scene::gltf::document::{Ignored, name};
+use crate::scene::gltf::document::name;
+use crate::scene::gltf::fault::{Fault, item};
+use crate::scene::gltf::ignored::{Ignored, Kind};
+use crate::scene::gltf::schema::{Index, Light, Node, Root, Spot};
 use crate::scene::model::Camera;
+use crate::scene::photometry::EFFICACY;
 use crate::scene::punctual::{Beam, PunctualForm, PunctualLight, PunctualPlace};
 use crate::scene::soup::SoupCamera;
+
+/// The rotation that turns nothing.
+const NO_TURN: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
 
 /// A node and where it is.
 pub(super) struct Placed<'a> {
@@ -36,40 +41,31 @@ pub(super) struct Placed<'a> {
 }
 
 /// The nodes of the default scene, parents before their children, children in the file's order.
-pub(super) fn placed(root: &Root) -> Result<Vec<Placed<'_>>, String> {
+pub(super) fn placed(root: &Root) -> Result<Vec<Placed<'_>>, Fault> {
     let mut met = vec![false; root.nodes.len()];
-    let mut waiting: Vec<(usize, DMat4)> = Vec::new();
+    let mut waiting: Vec<(Index, DMat4)> = Vec::new();
     let mut all = Vec::new();
-    for start in roots(root).into_iter().rev() {
-        waiting.push((start, DMat4::IDENTITY));
-    }
-    while let Some((number, parent)) = waiting.pop() {
+    waiting.extend(roots(root)?.into_iter().rev().map(|start| (start, DMat4::IDENTITY)));
+    while let Some((index, parent)) = waiting.pop() {
+        let node = item(&root.nodes, index, "node")?;
+        let Index(number) = index;
         if std::mem::replace(&mut met[number], true) {
-            return Err(format!("node {number} is met twice; nodes form trees, each with one parent"));
+            return Err(format!("node {number} is met twice; nodes form trees, each with one parent").into());
         }
-        let node = &root.nodes[number];
         let to_world = parent * local(node).ok_or_else(|| format!("the transform of node {number} is not finite"))?;
-        waiting.extend(children(node).iter().rev().map(|child| (child.value(), to_world)));
+        waiting.extend(node.children.iter().rev().map(|child| (*child, to_world)));
         all.push(Placed { number, node, to_world });
     }
     Ok(all)
 }
 
-fn children(node: &Node) -> &[Index<Node>] {
-    node.children.as_deref().unwrap_or_default()
-}
-
 /// The roots of the default scene, else of the first, else of the file where there is no scene.
-fn roots(root: &Root) -> Vec<usize> {
-    let shown = root.scene.map_or(0, |scene| scene.value());
-    if let Some(scene) = root.scenes.get(shown) {
-        return scene.nodes.iter().map(|node| node.value()).collect();
+fn roots(root: &Root) -> Result<Vec<Index>, Fault> {
+    if root.scene.is_some() || !root.scenes.is_empty() {
+        return Ok(item(&root.scenes, root.scene.unwrap_or(Index(0)), "scene")?.nodes.clone());
     }
-    let mut below = vec![false; root.nodes.len()];
-    for child in root.nodes.iter().flat_map(children) {
-        below[child.value()] = true;
-    }
-    (0..below.len()).filter(|&number| !below[number]).collect()
+    let below: HashSet<Index> = root.nodes.iter().flat_map(|node| node.children.iter().copied()).collect();
+    Ok((0..root.nodes.len()).map(Index).filter(|index| !below.contains(index)).collect())
 }
 
 /// A node's own transform: its matrix, or translation times rotation times scale.
@@ -78,7 +74,7 @@ fn local(node: &Node) -> Option<DMat4> {
     let transform = match node.matrix {
         Some(matrix) => DMat4::from_cols_array(&matrix.map(f64::from)),
         None => {
-            let rotation = DQuat::from_array(node.rotation.unwrap_or_default().0.map(f64::from)).normalize();
+            let rotation = DQuat::from_array(node.rotation.unwrap_or(NO_TURN).map(f64::from)).normalize();
             let (scale, translation) = (vector(node.scale, DVec3::ONE), vector(node.translation, DVec3::ZERO));
             DMat4::from_scale_rotation_translation(scale, rotation, translation)
         }
@@ -92,20 +88,20 @@ pub(super) fn cameras(
     root: &Root,
     nodes: &[Placed],
     ignored: &mut Ignored,
-) -> Result<Vec<SoupCamera>, SceneError> {
+) -> Result<Vec<SoupCamera>, Fault> {
     let mut all = Vec::new();
     for placed in nodes {
         let Some(index) = placed.node.camera else { continue };
-        let read = &root.cameras[index.value()];
-        let own = name(&read.name, "camera", index.value());
+        let read = item(&root.cameras, index, "camera")?;
+        let own = name(&read.name, "camera", index.0);
         let name = placed.node.name.as_ref().map_or(own, |_| name(&placed.node.name, "node", placed.number));
         let Some(perspective) = &read.perspective else {
-            ignored.add("orthographic cameras", &name);
+            ignored.add(Kind::Orthographic, &name);
             continue;
         };
         let [_, up, back, position] = [0, 1, 2, 3].map(|column| placed.to_world.col(column).truncate());
         let view = Camera::look_at(DVec3::ZERO, -back, up, f64::from(perspective.yfov).to_degrees());
-        let place = Place::item(file, "camera", index.value());
+        let place = Place::item(file, "camera", index.0);
         let view = view.map_err(|source| SceneError::View { place, source })?;
         all.push(SoupCamera { name, position, view });
     }
@@ -118,34 +114,35 @@ pub(super) fn lights(
     root: &Root,
     nodes: &[Placed],
     ignored: &mut Ignored,
-) -> Result<Vec<PunctualLight>, SceneError> {
-    let Some(listed) = root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref()) else {
-        return Ok(Vec::new());
-    };
+) -> Result<Vec<PunctualLight>, Fault> {
+    let Some(listed) = &root.extensions.lights_punctual else { return Ok(Vec::new()) };
     let mut all = Vec::new();
     for placed in nodes {
-        let own = placed.node.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
-        let Some(number) = own.map(|own| own.light.value()) else { continue };
-        let light = &listed.lights[number];
+        let Some(own) = &placed.node.extensions.light else { continue };
+        let (light, number) = (item(&listed.lights, own.light, "light")?, own.light.0);
         let name = name(&light.name, "light", number);
-        if light.range.is_some() {
-            ignored.add("ranges of lights", &name);
+        if !matches!(light.kind.as_str(), "point" | "spot" | "directional") {
+            ignored.add(Kind::LightsOfOtherTypes, &name);
+            continue;
         }
-        if light.spot.is_some() {
-            ignored.add("soft edges of spots", &name);
+        if light.range.is_some() {
+            ignored.add(Kind::Ranges, &name);
+        }
+        if light.kind == "spot" && light.spot.unwrap_or_default().is_soft() {
+            ignored.add(Kind::SoftEdges, &name);
         }
         let place = || Place::item(file, "light", number);
-        let wrong = |(key, value, needed): Fault| SceneError::LightValue { place: place(), key, value, needed };
+        let wrong = |(key, value, needed): OutOfRange| SceneError::LightValue { place: place(), key, value, needed };
         all.push(read_light(light, placed).map_err(wrong)?);
     }
     Ok(all)
 }
 
 /// A number of a light that is out of its range: its key, its value, and what is needed.
-type Fault = (&'static str, String, &'static str);
+type OutOfRange = (&'static str, String, &'static str);
 
-fn read_light(light: &Light, placed: &Placed) -> Result<PunctualLight, Fault> {
-    let intensity = light.intensity * Vec3::from_array(light.color);
+fn read_light(light: &Light, placed: &Placed) -> Result<PunctualLight, OutOfRange> {
+    let intensity = light.intensity / EFFICACY as f32 * Vec3::from_array(light.color);
     if !intensity.is_finite() || intensity.min_element() < 0.0 {
         let value = format!("{} times {:?}", light.intensity, light.color);
         return Err(("intensity", value, "finite and not negative"));
@@ -156,21 +153,21 @@ fn read_light(light: &Light, placed: &Placed) -> Result<PunctualLight, Fault> {
         let unit = (-back / back.abs().max_element()).try_normalize();
         unit.ok_or_else(|| ("direction", back.to_string(), "a vector that is not zero"))
     };
-    let form = match light.type_ {
-        Checked::Valid(Type::Directional) => PunctualForm::Directional { direction: direction()? },
-        Checked::Valid(Type::Spot) => {
-            let cutoff = cutoff(&light.spot.clone().unwrap_or_default())?;
+    let form = match light.kind.as_str() {
+        "directional" => PunctualForm::Directional { direction: direction()? },
+        "spot" => {
+            let cutoff = cutoff(&light.spot.unwrap_or_default())?;
             let beam = Beam::Spot { direction: direction()?, exponent: 0.0, cutoff };
             PunctualForm::Point { place, beam }
         }
-        Checked::Valid(Type::Point) | Checked::Invalid => PunctualForm::even(place),
+        _ => PunctualForm::even(place),
     };
     let name = placed.node.name.clone().or_else(|| light.name.clone());
     Ok(PunctualLight { form, intensity, name })
 }
 
 /// Cosine of the cone that carries a spot's power at its full intensity.
-fn cutoff(spot: &Spot) -> Result<f64, Fault> {
+fn cutoff(spot: &Spot) -> Result<f64, OutOfRange> {
     let (inner, outer) = (spot.inner_cone_angle, spot.outer_cone_angle);
     // A right angle in single precision is a little more than one.
     if !(outer > 0.0 && outer <= FRAC_PI_2) {

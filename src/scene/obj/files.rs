@@ -236,7 +236,7 @@ impl Images<'_, '_> {
                 let (place, name) = (Place::line(&line.file, line.line), shorten(&line.name));
                 return Err(SceneError::Image { place, name, message });
             }
-            Ok(Err(error @ TexelsError::Format)) => error.to_string(),
+            Ok(Err(error @ TexelsError::Format(_))) => error.to_string(),
             Err(why) => why,
         };
         self.names.push(line.name.clone());

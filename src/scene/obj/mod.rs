@@ -24,7 +24,7 @@ mod statements;
 
 use crate::light::Rgb;
 use crate::scene::error::{Place, SceneError, Tally, list};
-use crate::scene::model::{Material, NO_MATERIAL};
+use crate::scene::model::{DEFAULT_GREY, Material, NO_MATERIAL};
 use crate::scene::obj::files::{attach_textures, read_libraries};
 use crate::scene::obj::lines::Latin;
 use crate::scene::obj::mtl::{Libraries, where_uncoloured};
@@ -40,7 +40,7 @@ pub(crate) fn read(input: &SceneInput) -> Result<Soup, SceneError> {
     let Some(first) = obj.polygons.first() else {
         return Err(SceneError::Empty { file: file.to_owned(), dropped: obj.tallies.thin.count });
     };
-    let rho = options.reflectance;
+    let rho = options.reflectance.unwrap_or(DEFAULT_GREY);
     check_rho([f64::from(rho); 3], NO_MATERIAL, || Place::item(file, "line", first.number))?;
     let mut libraries = Libraries::new(options.highlights, !obj.colours.is_empty());
     read_libraries(file, &obj.libraries, reader, &mut latin, &mut libraries)?;

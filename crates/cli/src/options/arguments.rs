@@ -48,9 +48,9 @@ pub struct Completion {
     /// Let the backs of faces reflect and emit as well; without it they are black
     #[arg(long)]
     pub two_sided: bool,
-    /// Reflectance, 0 to below 1, of faces whose material the files lack
-    #[arg(long, value_name = "RHO", default_value_t = 0.5, value_parser = reflectance)]
-    pub reflectance: f32,
+    /// Reflectance, 0 to below 1, of faces whose material the files lack [default: 0.5, in glTF 0.8]
+    #[arg(long, value_name = "RHO", value_parser = reflectance)]
+    pub reflectance: Option<f32>,
     /// Add a luminaire or a sky to the scene
     #[arg(long, value_parser = added_light())]
     pub light: Option<AddedLight>,
