@@ -2,7 +2,7 @@
 //!
 //! | the file has | taken for |
 //! |---|---|
-//! | a first row of words, at most half of them numbers, or one that names x, y and z | the head: columns are found by their [names](heads) |
+//! | a first row of words, at most half of them numbers, or one that names x, y and z | the head: columns are found by their [names](crate::heads) |
 //! | a note `# x y z nx ny nz` in front of rows without a head | the head, if it names all of these |
 //! | neither | x, y, z, nx, ny, nz and, if there is a seventh, a name |
 //! | columns without a name, or with another | read over; behind a head without names, one text more is a name |
@@ -68,7 +68,7 @@ pub(crate) fn sensors(bytes: &[u8]) -> Result<(Vec<Option<String>>, Vec<Sensor>)
 
 /// Whether a first row is a head that names all there has to be, or begins with six numbers.
 fn is_understood(fields: &[String]) -> bool {
-    (fields.len() >= 6 && fields[..6].iter().all(is_number)) || (is_head(fields) && head(fields).is_ok())
+    (fields.len() >= 6 && fields[..6].iter().all(|field| is_number(field))) || (is_head(fields) && head(fields).is_ok())
 }
 
 /// Whether a row is a head: it names x, y and z, or no more than half of what it says are numbers.
@@ -78,7 +78,7 @@ fn is_head(fields: &[String]) -> bool {
     2 * numbers <= all.count() || names_position(fields)
 }
 
-fn is_number(field: &String) -> bool {
+fn is_number(field: &str) -> bool {
     field.replacen(',', ".", 1).parse::<f64>().is_ok()
 }
 
