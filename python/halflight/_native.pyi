@@ -470,9 +470,10 @@ def save_folder(system: System, series: Series, folder: str | PathLike[str], als
     Keeps F, L and all terms in a folder, as the program's `--save` does.
     """
 
-def save_layers(path: str | PathLike[str], picture: Incomplete, layers: SupportsGetItem[int, tuple[str, Incomplete]], stops: SupportsFloat | SupportsIndex) -> list[Path]:
+def save_layers(path: str | PathLike[str], picture: Incomplete, layers: SupportsGetItem[int, tuple[str, Incomplete]], errors: SupportsGetItem[int, tuple[str, Incomplete]], stops: SupportsFloat | SupportsIndex) -> list[Path]:
     """
-    Writes a picture with layers: in an EXR file, or in files of their own beside it; returns the files.
+    Writes a picture with layers and standard errors of them (of the picture, where the name is empty): in an EXR file,
+    or in files of their own beside it; returns the files.
     """
 
 def save_picture(path: str | PathLike[str], picture: Incomplete, stops: SupportsFloat | SupportsIndex) -> None:

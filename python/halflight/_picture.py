@@ -21,9 +21,6 @@ __all__ = ["Errors", "Picture", "Seconds", "read_picture", "render", "save_pictu
 
 Float32 = npt.NDArray[np.float32]
 
-#: What names the standard error of a picture or a layer, as in the program.
-STANDARD_ERROR = "standard error"
-
 #: Share of the camera's rays that may meet black backs before it is worth a warning, as in the program.
 BACKS = 0.01
 
@@ -190,17 +187,15 @@ class Picture(np.ndarray[tuple[int, int, int], np.dtype[np.float32]]):
         place, stops = arguments.path("file", file), arguments.real("exposure", exposure, -100.0, 100.0)
         errors = arguments.flag("standard_error", standard_error)
         pixels = arguments.array("the picture", self.view(np.ndarray), ("height", "width", 3), np.float32)
-        named: list[tuple[str, Float32]] = []
-        if errors and self.standard_error is not None and place.lower().endswith(".exr"):
-            named.append((STANDARD_ERROR, self.standard_error))
-        for name, layer in self.layers.items():
-            named.append((name, layer))
-            if errors and name in self.layer_errors and place.lower().endswith(".exr"):
-                named.append((f"{name}.{STANDARD_ERROR}", self.layer_errors[name]))
-        if not named:
+        unsure: list[tuple[str, Float32]] = []
+        if errors and place.lower().endswith(".exr"):
+            whole = [] if self.standard_error is None else [("", self.standard_error)]
+            unsure = whole + [(name, self.layer_errors[name]) for name in self.layers if name in self.layer_errors]
+        if not self.layers and not unsure:
             _native.save_picture(place, pixels, stops)
             return [place]
-        return [os.fspath(one) for one in _native.save_layers(place, pixels, named, stops)]
+        layers = list(self.layers.items())
+        return [os.fspath(one) for one in _native.save_layers(place, pixels, layers, unsure, stops)]
 
     def __repr__(self) -> str:
         if self.ndim != 3:

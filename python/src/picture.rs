@@ -5,7 +5,7 @@
 use std::path::PathBuf;
 
 use halflight::pictures::{
-    Bitmap, Exposure, NamedPicture, Picture, check_extension, encode_png as encode, write_layered, write_picture,
+    Bitmap, Exposure, NamedPicture, Picture, Shows, check_extension, encode_png as encode, write_layered, write_picture,
 };
 use halflight::render::{Apart, Fineness, Rendered as Found, Shortfall, check_pictures, pixel};
 use halflight_reference::{NextEvent, TraceSettings, Tracer};
@@ -150,22 +150,29 @@ pub fn save_picture(py: Python, path: PathBuf, picture: PyReadonlyArray3<f32>, s
 /// A layer: its name, and its pixels.
 type GivenLayer<'py> = (String, PyReadonlyArray3<'py, f32>);
 
-/// Writes a picture with layers: in an EXR file, or in files of their own beside it; returns the files.
+/// Writes a picture with layers and standard errors of them (of the picture, where the name is empty): in an EXR file,
+/// or in files of their own beside it; returns the files.
 #[pyfunction]
 pub fn save_layers(
     py: Python,
     path: PathBuf,
     picture: PyReadonlyArray3<f32>,
     layers: Vec<GivenLayer>,
+    errors: Vec<GivenLayer>,
     stops: f32,
 ) -> PyResult<Vec<PathBuf>> {
     check_extension(&path).map_err(Raise::raise)?;
     let picture = arrays::picture_of(&picture);
-    let layers: Vec<(String, Picture)> =
-        layers.into_iter().map(|(name, layer)| (name, arrays::picture_of(&layer))).collect();
+    let layers = layers.into_iter().map(|layer| (layer, Shows::Light));
+    let all = layers.chain(errors.into_iter().map(|layer| (layer, Shows::StandardError)));
+    let named = |((name, pixels), shows): (GivenLayer, Shows)| NamedPicture {
+        name,
+        shows,
+        picture: arrays::picture_of(&pixels),
+    };
+    let all: Vec<NamedPicture<Picture>> = all.map(named).collect();
     let write = || {
-        let named = |(name, picture)| NamedPicture { name: String::clone(name), picture };
-        let layers: Vec<_> = layers.iter().map(|(name, picture)| named((name, picture))).collect();
+        let layers: Vec<NamedPicture<&Picture>> = all.iter().map(NamedPicture::as_ref).collect();
         write_layered(&path, &picture, &layers, Exposure { stops })
     };
     briefly(py, write)?.map_err(halflight::pictures::ImageError::raise)

@@ -102,7 +102,8 @@ impl Bodies {
 
     /// Area of a body, unit coordinates squared; both sides where both send and receive.
     pub fn area(&self, body: usize) -> f64 {
-        self.bodies[body].iter().map(|f| f.area).sum()
+        // From 0: the sum of nothing is -0.
+        self.bodies[body].iter().fold(0.0, |sum, facet| sum + facet.area)
     }
 
     /// Number of facets of a body.

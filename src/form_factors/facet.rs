@@ -30,7 +30,7 @@ impl Facet {
     /// A facet of tiles in one plane.
     fn new(plane: Plane, tiles: Vec<Vec<DVec3>>) -> Facet {
         let edges = boundary(&tiles);
-        let area = tiles.iter().map(|t| area_vector(t).dot(plane.normal)).sum();
+        let area = tiles.iter().fold(0.0, |sum, t| sum + area_vector(t).dot(plane.normal));
         Facet { plane, area, tiles, edges }
     }
 

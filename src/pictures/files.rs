@@ -1,15 +1,13 @@
 //! Picture files: PNG for the eye, OpenEXR for numbers, chosen by the extension.
 //!
 //! * `.png`: eight-bit sRGB after an exposure and a clamp ([`Bitmap::from_picture`]). Lossy.
-//! * `.exr`: linear 32-bit floats in channels R, G, B. Exact, NaN and infinities included; no exposure. Channels of
-//!   layers have their name before them (`lamp.desk.R`), which is how OpenEXR distinguishes layers of one part, so that
-//!   every reader finds the picture.
+//! * `.exr`: linear 32-bit floats in channels R, G, B. Exact, NaN and infinities included; no exposure. Layers are in
+//!   [`layers`](crate::pictures::layers).
 //!
 //! Files are encoded in memory and written whole or not at all. The bytes depend on the picture alone. Read back:
 //! PNG (by the inverse sRGB curve), EXR, and Radiance HDR. Not handled: alpha (dropped), embedded colour profiles,
 //! EXR without R, G and B, deep or DWA-compressed EXR, layers other than the picture.
 
-use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
@@ -17,14 +15,9 @@ use std::path::{Path, PathBuf};
 use ::image::codecs::openexr::OpenExrEncoder;
 use ::image::codecs::png::PngEncoder;
 use ::image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageFormat, ImageReader};
-use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer};
-use exr::math::Vec2;
-use exr::meta::header::LayerAttributes;
-use exr::prelude::{ReadChannels, ReadLayers, WritableImage};
 
 use crate::light::Rgb;
 use crate::pictures::atomic::{WriteError, write_whole};
-use crate::pictures::names::{spaced, unlike};
 use crate::pictures::picture::{Picture, Size};
 use crate::pictures::srgb::{Bitmap, Exposure, decode_srgb};
 use crate::pictures::texels::Texels;
@@ -148,130 +141,6 @@ pub fn write_picture(path: impl AsRef<Path>, picture: &Picture, exposure: Exposu
         Format::Hdr => return Err(unknown(path)),
     };
     Ok(write_whole(path, &bytes)?)
-}
-
-/// A layer of a picture file.
-#[derive(Clone, Debug)]
-pub struct NamedPicture<P> {
-    /// What stands before the last dot in the names of its channels.
-    pub name: String,
-    /// Its pixels.
-    pub picture: P,
-}
-
-/// Writes a picture with layers: in one EXR file, or each in a file of its own beside it; returns the files. An EXR
-/// file has the picture in its channels R, G and B and each layer under its name, `lamp.desk.R` or `bounce.2.R`.
-///
-/// # Errors
-/// As [`write_picture`].
-pub fn write_layered(
-    path: &Path,
-    picture: &Picture,
-    layers: &[NamedPicture<&Picture>],
-    exposure: Exposure,
-) -> Result<Vec<PathBuf>, ImageError> {
-    let mut files = vec![path.to_path_buf()];
-    if is_exr(path) && !layers.is_empty() {
-        write_layers(path, picture, layers)?;
-        return Ok(files);
-    }
-    write_picture(path, picture, exposure)?;
-    for layer in layers {
-        let own = layer_path(path, &layer.name);
-        write_picture(&own, layer.picture, exposure)?;
-        files.push(own);
-    }
-    Ok(files)
-}
-
-/// The place of a layer's own file beside the picture's; what may not be in a file's name is replaced.
-fn layer_path(path: &Path, layer: &str) -> PathBuf {
-    let [stem, extension] = [path.file_stem(), path.extension()].map(|s| s.unwrap_or_default().to_string_lossy());
-    let safe = |c: char| if c.is_alphanumeric() || "-_.+".contains(c) { c } else { '-' };
-    let layer: String = layer.chars().map(safe).collect();
-    path.with_file_name(format!("{stem}-{layer}.{extension}"))
-}
-
-/// Writes a picture with others of the same size as its layers, an `.exr` file. Names keep what is printable of ASCII;
-/// of two that become the same the second has a number.
-///
-/// # Errors
-/// Pictures without pixels or of two sizes, or a destination that cannot be written. Nothing is left behind.
-fn write_layers(
-    path: impl AsRef<Path>,
-    picture: &Picture,
-    layers: &[NamedPicture<&Picture>],
-) -> Result<(), ImageError> {
-    let Size { width, height } = picture.size();
-    let refused = |reason: &str| ImageError::Encode { width, height, reason: reason.into() };
-    if width == 0 || height == 0 {
-        return Err(refused("it has no pixels"));
-    }
-    if layers.iter().any(|layer| layer.picture.size() != picture.size()) {
-        return Err(refused("a layer is of another size"));
-    }
-    let channel = |name: String, of: &Picture, c: usize| {
-        let samples = of.pixels.iter().map(|p| p[c]).collect();
-        AnyChannel::new(name.as_str(), FlatSamples::F32(samples))
-    };
-    let names = unlike(layers.iter().map(|layer| printable(&layer.name)), spaced);
-    let colours = ["R", "G", "B"].into_iter().enumerate();
-    let all = colours.flat_map(|(c, colour)| {
-        let own = channel(colour.into(), picture, c);
-        let layer =
-            |(name, layer): (&String, &NamedPicture<&Picture>)| channel(format!("{name}.{colour}"), layer.picture, c);
-        std::iter::once(own).chain(names.iter().zip(layers).map(layer)).collect::<Vec<_>>()
-    });
-    let layer = Layer::new(
-        (width, height),
-        LayerAttributes::default(),
-        Encoding::FAST_LOSSLESS,
-        AnyChannels::sort(all.collect()),
-    );
-    let mut file = Cursor::new(Vec::new());
-    let image = Image::from_layer(layer);
-    let writer = image.write().non_parallel();
-    writer.to_buffered(&mut file).map_err(|error| refused(&error.to_string()))?;
-    Ok(write_whole(path.as_ref(), &file.into_inner())?)
-}
-
-/// Characters of a layer's name at most, so that a channel's fits the format.
-const NAME: usize = 200;
-
-/// A name of printable ASCII.
-fn printable(name: &str) -> String {
-    name.chars().take(NAME).map(|c| if c == ' ' || c.is_ascii_graphic() { c } else { '_' }).collect()
-}
-
-/// Reads the layers of an `.exr` file: its picture, whose name is empty, and all whose channels are named R, G and B,
-/// in the order of their names.
-///
-/// # Errors
-/// A file that is missing, or content that is no such picture.
-pub fn read_layers(path: impl AsRef<Path>) -> Result<Vec<NamedPicture<Picture>>, ImageError> {
-    let path = path.as_ref();
-    let bytes = std::fs::read(path).map_err(|source| ImageError::Read { path: path.to_path_buf(), source })?;
-    let broken = |reason: String| ImageError::Decode { path: path.to_path_buf(), format: Format::Exr.name(), reason };
-    let reader = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer();
-    let image = reader.all_attributes().non_parallel().from_buffered(Cursor::new(bytes));
-    let image = image.map_err(|error| broken(error.to_string()))?;
-    let Vec2(width, height) = image.layer_data.size;
-    let mut planes: BTreeMap<String, [Option<Vec<f32>>; 3]> = BTreeMap::new();
-    for channel in image.layer_data.channel_data.list {
-        let name = channel.name.to_string();
-        let (layer, colour) = name.rsplit_once('.').unwrap_or(("", &name));
-        if let Some(c) = ["R", "G", "B"].iter().position(|own| *own == colour) {
-            planes.entry(layer.to_owned()).or_default()[c] = Some(channel.sample_data.values_as_f32().collect());
-        }
-    }
-    let picture = |[r, g, b]: [Option<Vec<f32>>; 3]| {
-        let (r, g, b) = (r?, g?, b?);
-        let pixels = (0..width * height).map(|k| Some(Rgb::new(*r.get(k)?, *g.get(k)?, *b.get(k)?)));
-        Some(Picture { width, height, pixels: pixels.collect::<Option<_>>()? })
-    };
-    let layers =
-        planes.into_iter().filter_map(|(name, planes)| picture(planes).map(|picture| NamedPicture { name, picture }));
-    Ok(layers.collect())
 }
 
 /// Checks that [`write_picture`] takes a path's extension, before hours of work.
@@ -480,40 +349,5 @@ mod tests {
             assert!(matches!(error, ImageError::Encode { .. }), "{error}");
             assert!(!path.exists());
         }
-    }
-
-    #[test]
-    fn readers_of_pictures_find_the_picture_and_layers_come_back() {
-        let place = tempfile::tempdir().unwrap();
-        let path = place.path().join("a.exr");
-        let picture = awkward();
-        let halves = picture.scaled(0.5);
-        let layer = |name: &str| NamedPicture { name: name.into(), picture: &halves };
-        write_layers(&path, &picture, &[layer("lamp.désk"), layer("bounce.2"), layer("lamp.dask")]).unwrap();
-        assert_eq!(bits(&read_picture(&path).unwrap()), bits(&picture));
-        let back = read_layers(&path).unwrap();
-        let names: Vec<&str> = back.iter().map(|layer| layer.name.as_str()).collect();
-        assert_eq!(names, ["", "bounce.2", "lamp.d_sk", "lamp.dask"]);
-        assert_eq!(bits(&back[0].picture), bits(&picture));
-        assert!(back[1..].iter().all(|layer| bits(&layer.picture) == bits(&halves)));
-        // Whatever is damaged is refused or read, without a panic.
-        let whole = std::fs::read(&path).unwrap();
-        for k in (0..whole.len().min(1200)).step_by(7) {
-            let mut bytes = whole.clone();
-            bytes[k] ^= 0x55;
-            std::fs::write(&path, &bytes).unwrap();
-            let _ = read_layers(&path);
-            std::fs::write(&path, &whole[..k]).unwrap();
-            assert!(read_layers(&path).is_err());
-        }
-    }
-
-    #[test]
-    fn two_sizes_are_refused_and_leave_nothing() {
-        let place = tempfile::tempdir().unwrap();
-        let path = place.path().join("a.exr");
-        let layer = NamedPicture { name: "a".into(), picture: &Picture::new(2, 3) };
-        let found = write_layers(&path, &Picture::new(2, 2), &[layer]);
-        assert!(matches!(found, Err(ImageError::Encode { .. })) && !path.exists());
     }
 }

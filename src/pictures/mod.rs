@@ -6,6 +6,7 @@
 
 mod atomic;
 mod files;
+mod layers;
 mod metrics;
 mod names;
 mod picture;
@@ -17,9 +18,9 @@ pub use atomic::{
     NewFolder, WriteError, abandon_files, check_destination, make_directory, write_whole, write_whole_by,
 };
 pub use files::{
-    ImageError, NamedPicture, check_extension, encode_png, encode_texels, is_exr, read_layers, read_picture,
-    write_bitmap, write_layered, write_picture,
+    ImageError, check_extension, encode_png, encode_texels, is_exr, read_picture, write_bitmap, write_picture,
 };
+pub use layers::{NamedPicture, Shows, read_layers, write_layered};
 pub use metrics::{
     Largest, MeanDifference, MetricError, largest_difference, mean_difference, mean_e_pixel, relative_rms,
 };

@@ -27,6 +27,6 @@ pub use layers::{Apart, EmitterPower, Layer, LayerKind};
 pub use memory::{PictureUnfit, Pilot, Stored, Unfit, check_fit, check_pictures, pixel, usable_memory};
 pub use pilot::pilots;
 pub use points::{Sensor, SensorLight, SensorLights};
-pub use rendered::{Ended, ErrorParts, Errors, LightOnPatches, Rendered, STANDARD_ERROR, Shortfall, Unmet};
+pub use rendered::{Ended, ErrorParts, Errors, LightOnPatches, Rendered, Shortfall, Unmet};
 pub use solver::{BouncesRequest, Equations, PictureRequest, PointsRequest, RenderError, Solver};
 pub use square::{Square, SquareColumn};

@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::form_factors::Closure;
 use crate::gather::Gathered;
 use crate::operator::Bounds;
-use crate::pictures::{Exposure, ImageError, NamedPicture, Picture, write_picture};
+use crate::pictures::{Exposure, ImageError, NamedPicture, Picture, Shows, write_picture};
 use crate::render::assembly::{Assembled, PatchLight, Seconds};
 use crate::render::goal::Spent;
 use crate::render::layers::{Apart, EmitterPower, Layer, named};
@@ -151,16 +151,16 @@ impl Rendered {
 
     /// The layers by their names in files, with the standard errors of all where they are wanted.
     pub fn named_layers(&self, errors: Errors) -> Vec<NamedPicture<&Picture>> {
-        let named = |name: String, picture| NamedPicture { name, picture };
+        let named = |name, shows, picture| NamedPicture { name, shows, picture };
         let with_errors = errors == Errors::Written;
         let mut layers = Vec::new();
         if with_errors {
-            layers.push(named(STANDARD_ERROR.into(), &self.standard_error));
+            layers.push(named(String::new(), Shows::StandardError, &self.standard_error));
         }
         for Layer { kind, light } in &self.layers {
-            layers.push(named(kind.name(), &light.picture));
+            layers.push(named(kind.name(), Shows::Light, &light.picture));
             if with_errors {
-                layers.push(named(format!("{}.{STANDARD_ERROR}", kind.name()), &light.standard_error));
+                layers.push(named(kind.name(), Shows::StandardError, &light.standard_error));
             }
         }
         layers
@@ -236,6 +236,3 @@ pub enum Errors {
     #[default]
     LeftOut,
 }
-
-/// What names the standard error of a picture or a layer.
-pub const STANDARD_ERROR: &str = "standard error";

@@ -46,6 +46,22 @@ fn the_table_and_the_file_say_the_same() {
 }
 
 #[test]
+fn an_object_without_faces_has_an_area_of_zero() {
+    // The second plate lies in the first and faces the same way, so the first is there alone.
+    let twice = format!("{}o twin\nf 1 2 3 4\n", SQUARES.1);
+    let place = place(&[("twice.obj", &twice)]);
+    let ran = succeed(&place, "factors twice.obj");
+    let line = ran.out.lines().find(|line| line.starts_with("twin ") && line.split_whitespace().count() == 4);
+    assert_eq!(line.expect("a line").split_whitespace().nth(1), Some("0.00000e0"), "{}", ran.out);
+    let files = contents(&place);
+    for name in ["out/twice-factors-residuals.csv", "out/twice-factors.csv", "out/twice-factors-matrix.csv"] {
+        let csv = String::from_utf8(files[name].clone()).unwrap();
+        assert!(csv.contains("twin") && csv.split([',', '\n']).all(|cell| cell != "-0"), "{name}: {csv}");
+    }
+    assert_eq!(report(&place, "factors twice.obj")["objects"][2]["area"].to_string(), "0.0");
+}
+
+#[test]
 fn tau_lets_light_through() {
     // A plate between the two: a quarter of what it blocks at tau 0 is let through at tau 0.25.
     let plate = format!("{}o plate\nv .2 .2 .5\nv .8 .2 .5\nv .8 .8 .5\nv .2 .8 .5\nf 9 10 11 12\n", SQUARES.1);

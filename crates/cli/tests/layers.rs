@@ -2,18 +2,19 @@
 //! alone, and dimming what was solved is the picture of the dimmed scene.
 
 use std::fs;
+use std::process::Command;
 
 use glam::{DVec3, Vec3};
 use halflight::Solver;
 use halflight::light::{Mode, Rgb, Transport};
-use halflight::pictures::{Picture, read_layers, read_picture};
+use halflight::pictures::{Picture, Shows, read_layers, read_picture};
 use halflight::rays::Rays;
 use halflight::render::{Apart, LayerKind, Rendered};
 use halflight::scene::{Emitters, LoadOptions, Scene};
 use halflight::solve::{Settings, solve_columns};
 use halflight_reference::{TraceSettings, Tracer};
 
-use crate::run::{halflight, place, report, succeed};
+use crate::run::{halflight, place, program, report, succeed};
 
 const SIZE: (usize, usize) = (24, 24);
 const ALL: Apart = Apart { emitters: true, bounces: true };
@@ -248,6 +249,54 @@ fn what_was_solved_is_dimmed_without_a_ray() {
     let of = |name: &str| found["factors"][name][0].as_f64().expect("a factor");
     assert!((of("desk") - 0.5).abs() < 1e-3 && (of("panel warm") - 1.0).abs() < 0.02, "{}", found["factors"]);
     assert!(found["left_over"][0].as_f64().expect("left over") < 0.1);
+}
+
+/// A floor under lights whose names are long, alike for longer than a file can say, not of ASCII, or those of others'
+/// errors.
+#[test]
+fn lamps_are_told_apart_whatever_they_are_called() {
+    let long = |length: usize, end: &str| "a".repeat(length) + end;
+    let names = [
+        long(239, "1"),
+        long(239, "2"),
+        long(300, "1"),
+        long(300, "2"),
+        "désk".into(),
+        "dësk".into(),
+        "desk".into(),
+        "desk.standard error".into(),
+    ];
+    let lights = names.iter().enumerate().map(|(k, name)| {
+        let (x, i) = (-0.7 + 0.2 * k as f64, 1 + k);
+        format!(
+            "[[lights]]\ntype = \"point\"\nname = \"{name}\"\nposition = [{x}, 1, 0]\nintensity = [{i}, {i}, {i}]\n"
+        )
+    });
+    let toml = "obj = \"f.obj\"\n[camera]\nposition = [0, 2, 3]\ntarget = [0, 0, 0]\n".to_owned()
+        + &lights.collect::<String>();
+    let obj = "mtllib f.mtl\nusemtl white\nv -2 0 2\nv 2 0 2\nv 2 0 -2\nv -2 0 -2\nf 1 2 3 4\n";
+    let place = place(&[("f.obj", obj), ("f.mtl", "newmtl white\nKd .5 .5 .5\n"), ("f.toml", &toml)]);
+    let options = "--mode local --size 8x6 --tolerance 0.1 --per luminaire --standard-error -o f.exr";
+    let kept = report(&place, &format!("render f.toml {options}"));
+    fs::write(place.path().join("kept.json"), kept.to_string()).expect("a file");
+    let whole = read_picture(place.path().join("f.exr")).expect("a picture");
+    for (k, name) in names.iter().enumerate() {
+        let layers = read_layers(place.path().join("f.exr")).expect("layers");
+        let own = layers.iter().find(|layer| layer.name == format!("lamp.{name}") && layer.shows == Shows::Light);
+        let own = &own.expect("its layer").picture;
+        for file in ["f.exr", "kept.json"] {
+            let out = Command::new(program())
+                .args(["relight", file, "--lamp", &format!("{name}=0"), "-o", "dark.exr"])
+                .current_dir(place.path())
+                .output()
+                .expect("runs");
+            assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+            let found = read_picture(place.path().join("dark.exr")).expect("a picture");
+            for ((found, whole), own) in found.pixels.iter().zip(&whole.pixels).zip(&own.pixels) {
+                assert!((*whole - *own - *found).abs().max_element() <= 1e-5 * whole.max_element(), "{file} {k}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -15,6 +15,7 @@ mod kept;
 mod layers;
 mod map;
 mod memory;
+mod points;
 mod ranks;
 mod run;
 mod trace_command;

@@ -2,8 +2,10 @@
 //!
 //! Not handled: illuminance wanted on the mean of an area.
 
+use crate::decimals::Decimals;
+use crate::heads::{Meaning, meaning};
 use crate::relight::SolvedPoint;
-use crate::rows::{Row, rows};
+use crate::rows::{Row, Rows, rows};
 
 /// The illuminance wanted at each point that a table names, lux; at least at one. Its first row names the columns: lux
 /// and name, or lux, x, y and z.
@@ -11,16 +13,21 @@ use crate::rows::{Row, rows};
 /// # Errors
 /// The line, and what is wrong there.
 pub fn aims(table: &[u8], points: &[SolvedPoint]) -> Result<Vec<Option<f64>>, (usize, String)> {
-    let rows = rows(table)?;
+    let is_lux = |head: &String| head.eq_ignore_ascii_case("lux");
+    let Rows { separator, rows } = rows(table, |heads| heads.iter().any(is_lux) && heads.len() > 1)?;
     let wrong = |row: &Row, what: &str| (row.line, what.to_owned());
     let (heads, rows) = rows.split_first().ok_or((1, "no table".to_owned()))?;
     let column = |name: &str| heads.fields.iter().position(|head| head.eq_ignore_ascii_case(name));
     let lux = column("lux").ok_or_else(|| wrong(heads, "no column `lux`"))?;
-    let (name, places) = (column("name"), ["x", "y", "z"].map(column));
+    let place = |axis: usize| heads.fields.iter().position(|head| meaning(head) == Meaning::Position(axis));
+    let (name, places) = (column("name"), [0, 1, 2].map(place));
+    let columns = || places.into_iter().flatten().chain([lux]);
+    let numbers = rows.iter().flat_map(|row| columns().filter_map(|k| row.fields.get(k).map(String::as_str)));
+    let decimals = Decimals::of(separator, numbers);
     let mut wanted = vec![None; points.len()];
     for row in rows {
         let field = |k: usize| row.fields.get(k).map(String::as_str).unwrap_or_default();
-        let number = |k: usize| field(k).parse::<f64>().ok().filter(|x| x.is_finite());
+        let number = |k: usize| decimals.number(field(k)).ok();
         let is_there = |point: &SolvedPoint| match name {
             Some(name) => point.name.as_deref() == Some(field(name)),
             None => (0..3).all(|d| places[d].and_then(number).is_some_and(|x| is_near(x, point.position[d]))),
@@ -59,6 +66,7 @@ mod tests {
         let aims = |text: &str| aims(text.as_bytes(), &points);
         assert_eq!(aims("name,lux\ndoor,500\n"), Ok(vec![None, Some(500.0)]));
         assert_eq!(aims("x,y,z,LUX\n1.0000001,0.5,-1,0\n"), Ok(vec![Some(0.0), None]));
+        assert_eq!(aims("X (m);Y (m);Z (m);lux\n2,0;0,5;-1,0;500,5\n"), Ok(vec![None, Some(500.5)]));
         for (text, line, what) in [
             ("", 1, "no table"),
             ("# lux\nname,x\n", 2, "no column `lux`"),

@@ -4,12 +4,15 @@
 //! Not handled: glare, and what a standard asks of a room.
 
 mod aims;
+mod decimals;
 mod dimming;
+mod heads;
 mod measured;
 mod plan;
 mod quantity;
 mod relight;
 mod rows;
+mod sensor_table;
 mod sensors;
 mod uniformity;
 

@@ -12,8 +12,8 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
-use halflight::pictures::{NamedPicture, Picture, Table};
-use halflight::render::{EmitterPower, LayerKind, STANDARD_ERROR};
+use halflight::pictures::{NamedPicture, Picture, Shows, Table};
+use halflight::render::{EmitterPower, LayerKind};
 use serde::{Deserialize, Serialize};
 
 use crate::dimming::dimmed;
@@ -81,7 +81,7 @@ impl LampLight {
         points: Vec<SolvedPoint>,
         mut layers: Vec<NamedPicture<Picture>>,
     ) -> LampLight {
-        layers.retain(|layer| LayerKind::emitter(&layer.name).is_some_and(|lamp| !lamp.ends_with(STANDARD_ERROR)));
+        layers.retain(|layer| layer.shows == Shows::Light && LayerKind::emitter(&layer.name).is_some());
         LampLight { powers, points, layers }
     }
 
@@ -150,7 +150,7 @@ impl LampLight {
     pub fn picture(&self, given: &Factors) -> Option<Picture> {
         let first = &self.layers.first()?.picture;
         let mut sum = Picture::new(first.width, first.height);
-        for NamedPicture { name, picture } in &self.layers {
+        for NamedPicture { name, picture, .. } in &self.layers {
             let factor = LayerKind::emitter(name).and_then(|lamp| given.get(lamp)).copied().unwrap_or([1.0; 3]);
             let factor = DVec3::from(factor).as_vec3();
             sum.pixels.iter_mut().zip(&picture.pixels).for_each(|(sum, p)| *sum += factor * *p);

@@ -11,7 +11,7 @@ use halflight::rays::warp::basis;
 use halflight::render::Sensor;
 use halflight::scene::{Place, Scene};
 
-use crate::rows::{Row, rows};
+use crate::sensor_table::{TableError, sensors};
 
 /// Sensors as they were laid out.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,12 +55,28 @@ pub enum SensorError {
     },
     /// A row is none of a sensor.
     #[error("{place}: {message}")]
-    #[diagnostic(help("a row is x,y,z,nx,ny,nz and, if you like, a name; the first row may name the columns"))]
+    #[diagnostic(help(
+        "a row is x,y,z,nx,ny,nz and, if you like, a name; a first row may name columns in another order"
+    ))]
     Row {
         /// Where.
         place: Place,
         /// What is wrong.
         message: String,
+    },
+    /// The head of the table does not tell which columns are what.
+    #[error("{place}: the head `{words}` cannot be understood: {why}")]
+    #[diagnostic(help(
+        "name the columns x,y,z,nx,ny,nz and, if you like, name, in any order; others are read over. Without a head they \
+         are x,y,z,nx,ny,nz and a name; a line of notes begins with #"
+    ))]
+    Head {
+        /// Where.
+        place: Place,
+        /// Its fields.
+        words: String,
+        /// What is wrong.
+        why: String,
     },
     /// There is no such object.
     #[error("`{scene}` has no object `{name}`")]
@@ -90,23 +106,18 @@ pub enum SensorError {
 const MOST: usize = 4_000_000;
 
 impl SensorLayout {
-    /// Reads a table: x, y, z, nx, ny, nz and, if there is a seventh column, a name. A first row without numbers names
-    /// the columns.
+    /// Reads a table of points: with a head, by the names of its columns; without one x, y, z, nx, ny, nz and, if there
+    /// is a seventh column, a name. Between fields stand commas, semicolons, tabs or spaces.
     ///
     /// # Errors
-    /// [`SensorError`] with the line of the first row that is none.
+    /// [`SensorError`] with the line of the head or of the first row that is none.
     pub fn read(path: &Path) -> Result<SensorLayout, SensorError> {
         let file = path.display().to_string();
         let bytes = fs::read(path).map_err(|source| SensorError::Read { file: file.clone(), source })?;
-        let wrong = |line: usize, message: String| SensorError::Row { place: Place::line(&file, line), message };
-        let rows = rows(&bytes).map_err(|(line, message)| wrong(line, format!("the line {message}")))?;
-        let is_heading = |row: &Row| row.fields.iter().all(|field| field.parse::<f64>().is_err());
-        let skipped = usize::from(rows.first().is_some_and(is_heading));
-        let found = rows[skipped..].iter().map(|row| named(row).map_err(|message| wrong(row.line, message)));
-        let (names, sensors): (Vec<_>, Vec<_>) = found.collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
-        if sensors.is_empty() {
-            return Err(wrong(1, "there is no sensor in the file".to_owned()));
-        }
+        let (names, sensors) = sensors(&bytes).map_err(|error| match error {
+            TableError::Head(line, words, why) => SensorError::Head { place: Place::line(&file, line), words, why },
+            TableError::Row(line, message) => SensorError::Row { place: Place::line(&file, line), message },
+        })?;
         Ok(SensorLayout { sensors, names, grid: None })
     }
 
@@ -155,26 +166,6 @@ impl SensorLayout {
         let grid = Grid { object: name.to_owned(), height, cells, size, axes: [u, v], spacing };
         Ok(SensorLayout { names: vec![None; sensors.len()], sensors, grid: Some(grid) })
     }
-}
-
-/// The sensor of a row, and its name.
-fn named(Row { fields, .. }: &Row) -> Result<(Option<String>, Sensor), String> {
-    if !(6..=7).contains(&fields.len()) {
-        return Err(format!("{} fields, where six or seven are needed", fields.len()));
-    }
-    let number = |k: usize| {
-        let number = fields[k].parse::<f64>().ok().filter(|x| x.is_finite());
-        number.ok_or_else(|| format!("`{}` is not a finite number", fields[k]))
-    };
-    let vector = |k: usize| -> Result<DVec3, String> { Ok(DVec3::new(number(k)?, number(k + 1)?, number(k + 2)?)) };
-    let (position, normal) = (vector(0)?, vector(3)?);
-    if !(position.as_vec3().is_finite() && normal.as_vec3().is_finite()) {
-        return Err("a coordinate is beyond 3e38".to_owned());
-    }
-    if normal.normalize_or_zero() == DVec3::ZERO {
-        return Err("the normal is zero".to_owned());
-    }
-    Ok((fields.get(6).filter(|name| !name.is_empty()).cloned(), Sensor { position, normal }))
 }
 
 /// The corners of an object's triangles, unit coordinates.
@@ -252,7 +243,8 @@ mod tests {
             ("1,2,3,0,0,0\n", 1, "normal is zero"),
             ("1,2,inf,0,1,0\n", 1, "`inf` is not"),
             ("1,2,1e200,0,1,0\n", 1, "beyond"),
-            ("x,y,z\n", 1, "no sensor"),
+            ("x,y,z\n", 1, "the head `x, y, z` cannot be understood: no column is nx"),
+            ("\n", 1, "no sensor"),
         ] {
             let error = read(text).expect_err("a broken table");
             assert!(error.contains(&format!("line {line}")) && error.contains(what), "{error}");
