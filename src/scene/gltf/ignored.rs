@@ -63,9 +63,9 @@ impl Kind {
             Kind::PointsAndLines => ["points and lines of nodes", "they have no area and are left out"],
             Kind::Ranges => ["ranges of lights", "they shine beyond them, by the square of the distance"],
             Kind::Skins => [
-                "skins of nodes",
-                "in the pose in which their joints stand, the bind pose where nothing moved them; the node's own \
-                 transform does not count, as glTF has it (3.7.3.3)",
+                "animated skins of nodes",
+                "the bind pose is shown, or that in which the file's joints stand; the node's own transform does not \
+                 count (glTF 2.0, 3.7.3.3)",
             ],
             Kind::SmoothNormals => ["smooth normals, of nodes", "faces are flat, each of one normal"],
             Kind::SoftEdges => ["soft edges of spots", "they are hard, at the cone of the same power"],
