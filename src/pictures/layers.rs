@@ -1,10 +1,10 @@
 //! Layers of picture files: in one EXR file, or in files of their own.
 //!
-//! Channels of a layer have its name before them (`lamp.desk.R`), which is how OpenEXR distinguishes layers of one part,
-//! so that every reader finds the picture in R, G and B. A channel's name has 255 bytes at most, all of them ASCII here,
-//! and no two may be the same. So a layer's may have to be cut or numbered, light last and standard errors first; its
-//! own name and what it shows are in the attribute [`NAMES`]. A file without that attribute, from another program, has
-//! layers by the names of its channels, and what is named as the standard error of another layer is that.
+//! Channels of a layer have its name before them (`lamp.desk.R`), which is how OpenEXR distinguishes layers of one
+//! part, so that every reader finds the picture in R, G and B. A channel's name has 255 bytes at most, all of them
+//! ASCII here, and no two are the same. So a layer's name may have to be cut or numbered, that of light last; whole
+//! names and what the layers show are in the attribute [`NAMES`]. A file without it, from another program, has layers
+//! by the names of its channels, and what is named as the standard error of another layer is that.
 //!
 //! Not handled: layers in parts of their own, other channels than R, G and B, names that differ in case alone.
 

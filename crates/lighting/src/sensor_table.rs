@@ -2,7 +2,7 @@
 //!
 //! | the file has | taken for |
 //! |---|---|
-//! | a first row of words, at most half of them numbers, or one that names x, y and z | the head: columns are found by their [names](crate::heads) |
+//! | a first row that is half words, or names x, y and z | the head: columns go by their [names](crate::heads) |
 //! | a note `# x y z nx ny nz` in front of rows without a head | the head, if it names all of these |
 //! | neither | x, y, z, nx, ny, nz and, if there is a seventh, a name |
 //! | columns without a name, or with another | read over; behind a head without names, one text more is a name |
@@ -182,7 +182,8 @@ mod tests {
             "nx,ny,nz,x,y,z\n0,1,0,2,.75,1\n1,0,-.5,.5,1.5,-2.5\n",
             ",x,y,z,nx,ny,nz\n0,2,.75,1,0,1,0\n1,.5,1.5,-2.5,1,0,-.5\n",
             "Unnamed: 0,x,y,z,nx,ny,nz\n0,2,.75,1,0,1,0\n1,.5,1.5,-2.5,1,0,-.5\n",
-            "\u{feff}\"index\",\"X (m)\",\"Y (m)\",\"Z (m)\",\"Normal X\",\"Normal Y\",\"Normal Z\"\r\n0,2,.75,1,0,1,0\r\n1,.5,1.5,-2.5,1,0,-.5\r\n",
+            "\u{feff}\"index\",\"X (m)\",\"Y (m)\",\"Z (m)\",\"Normal X\",\"Normal Y\",\"Normal Z\"\r\n\
+             0,2,.75,1,0,1,0\r\n1,.5,1.5,-2.5,1,0,-.5\r\n",
             "Z;Y;X;n.z;n.y;n.x;lux\n1;0,75;2;0;1;0;500,5\n-2,5;1,5;0,5;-0,5;0;1;\n",
             "x y z dir_x dir_y dir_z\n 2 .75 1  0 1 0\n.5 1.5 -2.5\t1 0 -.5\n",
             "2 0,75 1 0 1 0\n0,5 1,5 -2,5 1 0 -0,5\n",

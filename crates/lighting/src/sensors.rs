@@ -67,8 +67,8 @@ pub enum SensorError {
     /// The head of the table does not tell which columns are what.
     #[error("{place}: the head `{words}` cannot be understood: {why}")]
     #[diagnostic(help(
-        "name the columns x,y,z,nx,ny,nz and, if you like, name, in any order; others are read over. Without a head they \
-         are x,y,z,nx,ny,nz and a name; a line of notes begins with #"
+        "name the columns x,y,z,nx,ny,nz and, if you like, name, in any order; others are read over. Without a head \
+         they are x,y,z,nx,ny,nz and a name; a line of notes begins with #"
     ))]
     Head {
         /// Where.

@@ -17,8 +17,8 @@ use halflight_lighting::{Columns, Measured, Quantity, SensorLayout, digits, plan
 /// Where light is measured.
 #[derive(Args, Debug)]
 pub struct Points {
-    /// Measure irradiance at the points of a table (by its head; without one x, y, z, nx, ny, nz and, if there is one, a
-    /// name), or on a grid over an object: grid:OBJECT@HEIGHT,SPACING; to the tolerance, at each point
+    /// Measure irradiance at the points of a table (columns by its head; without one x, y, z, nx, ny, nz and, if there
+    /// is a seventh, a name), or on a grid over an object: grid:OBJECT@HEIGHT,SPACING; to the tolerance, at each point
     #[arg(long, value_name = "FILE|GRID", conflicts_with_all = ["patches", "rays", "samples"])]
     pub points: Option<String>,
     /// Give illuminance at points as well: 683 lm/W times CIE Y of linear sRGB
