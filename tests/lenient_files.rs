@@ -3,7 +3,7 @@
 use std::fs;
 
 use halflight::Scene;
-use halflight::scene::{AddedLight, LoadOptions, SceneError};
+use halflight::scene::{AddedLight, LoadOptions, SceneError, Warning};
 use tempfile::TempDir;
 
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
@@ -23,14 +23,14 @@ fn load(place: &TempDir, options: LoadOptions) -> Result<Scene, SceneError> {
 }
 
 /// Name and reflectance of all materials, and the warnings.
-fn read(obj: &str, files: &[(&str, &[u8])]) -> (Vec<(String, f32)>, Vec<String>) {
+fn read(obj: &str, files: &[(&str, &[u8])]) -> (Vec<(String, f32)>, Vec<Warning>) {
     let place = place(&[&[("s.obj", obj.as_bytes())], files].concat());
     let scene = load(&place, LoadOptions { reflectance: Some(0.25), ..LoadOptions::default() }).unwrap();
     (scene.materials.into_iter().map(|m| (m.name, m.rho.x)).collect(), scene.warnings)
 }
 
 #[track_caller]
-fn one_of_each(warnings: &[String], parts: &[&str]) {
+fn one_of_each(warnings: &[Warning], parts: &[&str]) {
     assert_eq!(warnings.len(), parts.len(), "{warnings:#?}");
     for part in parts {
         assert_eq!(warnings.iter().filter(|w| w.contains(part)).count(), 1, "{part}: {warnings:#?}");

@@ -224,7 +224,7 @@ impl Scene {
 
     /// What the reader left out, and what else a person should know.
     fn warnings(&self) -> Vec<&str> {
-        self.scene.warnings.iter().map(String::as_str).collect()
+        self.scene.warnings.iter().map(|warning| &**warning).collect()
     }
 
     /// Raises `SceneError` where nothing emits.

@@ -10,8 +10,8 @@
 //! texel, by a at the point. Both are right in the mean over rays.
 //!
 //! Not handled: closed forms, which take faces as whole; [`crate::direct::Shafts`] leave masked ones to rays. Within a
-//! cell, a part of a face that another hides counts in the mean like the part that is seen; so does what lies beyond the
-//! end of a neighbour over which the mask goes on.
+//! cell, a part of a face that another hides counts in the mean like the part that is seen; so does what lies beyond
+//! the end of a neighbour over which the mask goes on.
 
 use std::sync::Arc;
 

@@ -107,8 +107,8 @@ impl Rays {
     }
 
     /// What a camera ray sees, in order, each with the share of its light that comes from there: the first face met or
-    /// the sky, and through masks what is behind them. In the mean over the rays of a cell shares add up to 1 unless the
-    /// rest comes from nowhere.
+    /// the sky, and through masks what is behind them. In the mean over the rays of a cell shares add up to 1 unless
+    /// the rest comes from nowhere.
     pub fn seen(&self, ray: &Ray, cell: impl Fn() -> Cell) -> Seen {
         let query = self.query(ray);
         let whole = self.tree.closest(&query);

@@ -11,7 +11,7 @@ use glam::{DVec3, Vec2, Vec4};
 
 use crate::light::Gloss;
 use crate::scene::coincident::{Origin, resolve};
-use crate::scene::error::{Place, SceneError, Tally, ViewError};
+use crate::scene::error::{About, Place, SceneError, Tally, ViewError, Warning};
 use crate::scene::model::{Camera, Face, Material, NamedCamera, Scene, UnitFrame};
 use crate::scene::polygon::{Cover, MOST_CORNERS, Points, THINNEST, Triangulator, height};
 use crate::scene::punctual::{PunctualForm, PunctualLight, PunctualPlace};
@@ -209,7 +209,7 @@ struct Mesh {
 }
 
 impl Mesh {
-    fn add_polygons(&mut self, soup: &Soup, frame: &UnitFrame, warnings: &mut Vec<String>) {
+    fn add_polygons(&mut self, soup: &Soup, frame: &UnitFrame, warnings: &mut Vec<Warning>) {
         let unit: Vec<DVec3> = soup.vertices.iter().map(|&v| frame.to_unit(v)).collect();
         let (mut flat, mut crossing) = (Tally::default(), Tally::default());
         let (mut triangulator, mut points) = (Triangulator::default(), Vec::new());
@@ -236,9 +236,10 @@ impl Mesh {
                 flat.add_named(polygon.number, &soup.materials[polygon.material as usize].name);
             }
         }
-        flat.report(&soup.file, soup.item, "face", "dropped, having no area", warnings);
+        let place = (soup.file.as_str(), soup.item);
+        flat.report(About::Shape, place, "face", "dropped, having no area", warnings);
         let consequence = "an outline that crosses itself has no inside, so the triangles are a guess";
-        crossing.report(&soup.file, soup.item, "polygon", consequence, warnings);
+        crossing.report(About::Shape, place, "polygon", consequence, warnings);
     }
 
     /// Adds a triangle, unless it is too thin; whether it was added.

@@ -1,6 +1,8 @@
 //! What can be wrong with a file of a scene: errors, each naming file, line, value and what to do, and warnings of what
 //! a file holds that the scene does not, one sentence a kind with a count and the first place.
 
+use std::borrow::Borrow;
+use std::ops::Deref;
 use std::{fmt, io};
 
 use miette::Diagnostic;
@@ -296,6 +298,58 @@ pub enum ViewError {
     NotFinite,
 }
 
+/// What a file holds that the scene does not, or what is there in its place: one sentence.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Warning {
+    /// What it concerns.
+    pub about: About,
+    /// The sentence.
+    pub text: String,
+}
+
+/// What a warning concerns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum About {
+    /// Where surfaces are, and what they hide.
+    Shape,
+    /// What surfaces reflect and emit, lights and cameras: what form factors do not depend on.
+    #[default]
+    Light,
+}
+
+impl Deref for Warning {
+    type Target = str;
+
+    fn deref(&self) -> &str {
+        &self.text
+    }
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+impl PartialEq<&str> for Warning {
+    fn eq(&self, other: &&str) -> bool {
+        self.text == *other
+    }
+}
+
+impl Borrow<str> for Warning {
+    fn borrow(&self) -> &str {
+        &self.text
+    }
+}
+
+impl About {
+    /// A warning of this.
+    pub(crate) fn warning(self, text: String) -> Warning {
+        Warning { about: self, text }
+    }
+}
+
 /// Occurrences of one kind: how many, where first, and which names.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tally {
@@ -322,16 +376,24 @@ impl Tally {
     }
 
     /// `2 statements a, b (first: FILE, line 7): CONSEQUENCE`, where the names are keywords.
-    pub(super) fn report_keywords(&self, file: &str, consequence: &str, warnings: &mut Vec<String>) {
+    pub(super) fn report_keywords(&self, about: About, file: &str, consequence: &str, warnings: &mut Vec<Warning>) {
         if self.count > 0 {
             let names = list(self.names.iter().map(String::as_str));
             let (count, first, plural) = (self.count, self.first, plural(self.count));
-            warnings.push(format!("{count} statement{plural} {names} (first: {file}, line {first}): {consequence}"));
+            let text = format!("{count} statement{plural} {names} (first: {file}, line {first}): {consequence}");
+            warnings.push(about.warning(text));
         }
     }
 
     /// `2 NOUN (first: FILE, ITEM 7): CONSEQUENCE`, naming the names; nothing where nothing was counted.
-    pub(super) fn report(&self, file: &str, item: &str, noun: &str, consequence: &str, warnings: &mut Vec<String>) {
+    pub(super) fn report(
+        &self,
+        about: About,
+        (file, item): (&str, &str),
+        noun: &str,
+        consequence: &str,
+        warnings: &mut Vec<Warning>,
+    ) {
         if self.count == 0 {
             return;
         }
@@ -341,7 +403,8 @@ impl Tally {
             _ => format!(" of materials {}", list(self.names.iter().map(String::as_str))),
         };
         let (count, first, plural) = (self.count, self.first, plural(self.count));
-        warnings.push(format!("{count} {noun}{plural}{of} (first: {file}, {item} {first}): {consequence}"));
+        let text = format!("{count} {noun}{plural}{of} (first: {file}, {item} {first}): {consequence}");
+        warnings.push(about.warning(text));
     }
 }
 

@@ -11,7 +11,7 @@ use glam::DVec3;
 use crate::light::Rgb;
 use crate::scene::build::assemble;
 use crate::scene::emission::SkyLight;
-use crate::scene::error::{SceneError, list};
+use crate::scene::error::{About, SceneError, list};
 use crate::scene::model::{AddedLight, Camera, LoadOptions, Scene};
 use crate::scene::obj::lines::decode;
 use crate::scene::other_kinds::refuse_other_kind;
@@ -180,7 +180,7 @@ fn from_scene_file(input: &SceneInput) -> Result<Scene, SceneError> {
     let mut scene = assemble_lit(soup, options.light)?;
     read.finish(&text, &mut scene, reader)?;
     let unlikely = read.unlikely_metres(&scene, unit);
-    scene.warnings.extend(unlikely);
+    scene.warnings.extend(unlikely.map(|text| About::Light.warning(text)));
     if is_framed_lit && scene.cameras.is_empty() {
         scene.camera = Camera::framing(&scene);
     }

@@ -22,7 +22,6 @@ mod load;
 mod model;
 mod obj;
 mod other_kinds;
-mod photometry;
 mod polygon;
 mod punctual;
 mod scene_file;
@@ -35,13 +34,13 @@ pub use bounds::{Bounds, Coordinates};
 pub use build::GivenFace;
 pub(crate) use coincident::planes;
 pub use emission::{Emitters, MOST_EMITTERS, SkyLight};
-pub use error::{Place, SceneError, ViewError};
+pub use error::{About, Place, SceneError, ViewError, Warning};
 pub use model::{
     AddedLight, Camera, DEFAULT_FOV, DEFAULT_GREY, DEFAULT_RHO, Face, LoadOptions, Material, NO_MATERIAL, NamedCamera,
     Scene, Sides, Sky, UnitFrame,
 };
-pub use photometry::{DrawnDirection, EFFICACY, Photometry};
 pub use polygon::THINNEST;
+pub use punctual::photometry::{DrawnDirection, EFFICACY, Photometry};
 pub use punctual::{Beam, PunctualForm, PunctualLight, PunctualPlace};
 pub use surface::Means;
 pub use unit::LengthUnit;

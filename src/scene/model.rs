@@ -9,6 +9,7 @@ use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use crate::light::{Gloss, Light, Rgb, Transport, TransportError, Visibility};
 use crate::scene::bounds::Bounds;
+use crate::scene::error::Warning;
 use crate::scene::punctual::PunctualLight;
 use crate::scene::textures::{Maps, Mask};
 use crate::scene::unit::LengthUnit;
@@ -62,7 +63,7 @@ pub struct Scene {
     /// (alpha, tau) of every material that has none of its own, where the scene file gives one.
     pub transport: Option<Transport>,
     /// What a person should know about the file.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 /// The faces that stand for a scene's sky.

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use halflight::light::{Mode, Rgb};
 use halflight::rays::Rays;
-use halflight::scene::{AddedLight, LoadOptions, Scene, SkyLight};
+use halflight::scene::{AddedLight, LoadOptions, Scene, SkyLight, Warning};
 use halflight_reference::{TraceSettings, Tracer};
 
 use super::warns;
@@ -24,7 +24,7 @@ fn room(pane: &str, mtl: &str) -> Scene {
 }
 
 /// The share that is there of a material.
-fn opacity(mtl: &str) -> (Option<f32>, Vec<String>) {
+fn opacity(mtl: &str) -> (Option<f32>, Vec<Warning>) {
     let scene = room("glass", &format!("newmtl glass\nKd 0\n{mtl}"));
     let glass = scene.materials.iter().find(|material| material.name == "glass").expect("the glass");
     let mask = glass.maps.as_ref().and_then(|maps| maps.mask.as_ref());

@@ -1,7 +1,7 @@
 //! The table at the head of the reader: each row has cases here, and each case comes out as its row says.
 
 use glam::Vec3;
-use halflight::scene::{Scene, SceneError, Sides};
+use halflight::scene::{Scene, SceneError, Sides, Warning};
 use serde_json::{Value, json};
 
 use crate::gltf::{base, binary, corners, with};
@@ -400,7 +400,7 @@ fn check(result: Result<Scene, SceneError>, outcome: &Outcome, here: &str) {
         }
         (Outcome::Said(parts), Ok(scene)) => {
             assert!(here.contains("said"), "{here}");
-            let told = |warning: &&String| parts.iter().all(|part| warning.contains(part));
+            let told = |warning: &&Warning| parts.iter().all(|part| warning.contains(part));
             assert_eq!(scene.warnings.iter().filter(told).count(), 1, "{parts:?}: {:?}", scene.warnings);
             assert!(scene.warnings.iter().all(|warning| warning.lines().count() == 1));
         }

@@ -1,5 +1,5 @@
-//! The readers of OBJ, MTL, glTF, LM-63 and scene files under texts that are almost right: no panic, no scene that breaks the
-//! rules of [`Scene`], no error without words, no work out of proportion to the text.
+//! The readers of OBJ, MTL, glTF, LM-63 and scene files under texts that are almost right: no panic, no scene that
+//! breaks the rules of [`Scene`], no error without words, no work out of proportion to the text.
 //!
 //! `HALFLIGHT_INPUTS=10000000 cargo test --test readers -- --ignored --nocapture` runs as many inputs as wanted and
 //! tells the slowest; `HALFLIGHT_SEED` chooses others.

@@ -18,7 +18,8 @@ use crate::textures::{place, texture};
 
 const SIZE: usize = 8;
 
-/// A black pane from -1 to 1 in x and y that fills the view, twice as many texels to a side as `shares` has in its side.
+/// A black pane from -1 to 1 in x and y that fills the view, twice as many texels to a side as `shares` has in its
+/// side.
 fn pane(maps: Maps) -> Scene {
     let p = DVec3::new;
     let mut mesh = Mesh::default();

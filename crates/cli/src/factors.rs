@@ -91,7 +91,7 @@ struct ReciprocityReport<'a> {
 
 /// Finds them and reports.
 pub fn run(own: &Factors, common: &Common, console: &Console) -> Result<(), CliError> {
-    let scene = own.completion.load(&own.scene, console)?;
+    let scene = own.completion.load_shape(&own.scene, console)?;
     make_directory(&common.out)?;
     if !scene.lights.is_empty() {
         console.warn("lights without area ([[lights]]) have no form factors: there are no columns for them");

@@ -1,8 +1,8 @@
 //! Faces in one place: which of them is there.
 //!
-//! A place of a plane has two sides, and each side shows one face: of those that face its way the one that emits, as a
-//! luminaire laid into a ceiling does, else the first in the file; where there is none, the back of what faces the other
-//! way, if that has two sides. One place is what rays take for
+//! A place of a plane has two sides, and each side shows one face: of those that face its way one that emits, as a
+//! luminaire laid into a ceiling does, else the first in the file; where there is none, the back of what faces the
+//! other way, if that has two sides. One place is what rays take for
 //! one plane ([`planes`]). Where the first face is cut out by a mask, the next one is there.
 //!
 //! So that rays, closed forms, areas and form factors need no test, a scene has each place once: what is covered is cut
@@ -24,7 +24,7 @@ use crate::scene::coincident::division::Polygon;
 use crate::scene::coincident::masks::Materials;
 use crate::scene::coincident::plane::{Covered, covered};
 use crate::scene::coincident::planes::{Planes, TOLERANCE, by_plane};
-use crate::scene::error::{list, shorten};
+use crate::scene::error::{About, list, shorten};
 use crate::scene::model::{Face, Scene};
 use crate::scene::polygon::{Points, THINNEST, height};
 
@@ -53,7 +53,8 @@ struct Placed {
 pub(crate) fn resolve(scene: &mut Scene, points: &mut Points, origin: &Origin) {
     let found = all_covered(scene);
     if !found.is_empty() {
-        scene.warnings.extend(origin.warning(scene, &found));
+        let text = origin.warning(scene, &found);
+        scene.warnings.extend(text.map(|text| About::Shape.warning(text)));
         replace(scene, points, found);
     }
 }

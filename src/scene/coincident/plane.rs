@@ -2,10 +2,9 @@
 //!
 //! Faces whose boxes meet are tested for overlaps pair by pair; where that would take long, all faces of the plane are
 //! taken to overlap. Those that do are taken in order, whole ones that emit first and then as in the file, those of
-//! either way by themselves. What earlier
-//! ones cover of a face is cut out of it; under a masked one that is not the same once more a piece stays that is there
-//! where the mask is not. Where the front of a face of the other way lies on the back of one with two sides, a piece
-//! stays that has no back.
+//! either way by themselves. What earlier ones cover of a face is cut out of it; under a masked one that is not the
+//! same once more a piece stays that is there where the mask is not. Where the front of a face of the other way lies on
+//! the back of one with two sides, a piece stays that has no back.
 //!
 //! Not handled: masks by alpha of vertices given twice, of which the second stays for what the first leaves; masked
 //! fronts on backs. Rays see the back through the mask; where it emits, closed forms count all.

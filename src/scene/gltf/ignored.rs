@@ -3,7 +3,7 @@
 //!
 //! Not handled: what changes nothing in the picture; it is counted nowhere.
 
-use crate::scene::error::list;
+use crate::scene::error::{About, Warning, list};
 
 /// What is not modelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +32,14 @@ pub(super) enum Kind {
 }
 
 impl Kind {
+    /// What it concerns.
+    fn about(self) -> About {
+        match self {
+            Kind::Animations | Kind::Morphs | Kind::PointsAndLines | Kind::Skins | Kind::Extensions(_) => About::Shape,
+            _ => About::Light,
+        }
+    }
+
     /// What it is, and what that means for the picture.
     fn words(self) -> [&'static str; 2] {
         match self {
@@ -98,11 +106,11 @@ impl Ignored {
     }
 
     /// One warning for each kind: `FILE: not modelled: KIND (NAME, NAME): WHAT IS SHOWN`.
-    pub(super) fn report(&self, file: &str, warnings: &mut Vec<String>) {
+    pub(super) fn report(&self, file: &str, warnings: &mut Vec<Warning>) {
         for (kind, names) in &self.kinds {
             let [what, shown] = kind.words();
             let names = list(names.iter().map(String::as_str));
-            warnings.push(format!("{file}: not modelled: {what} ({names}): {shown}"));
+            warnings.push(kind.about().warning(format!("{file}: not modelled: {what} ({names}): {shown}")));
         }
     }
 }

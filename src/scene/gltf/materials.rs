@@ -19,7 +19,7 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::light::Rgb;
-use crate::scene::error::{Place, SceneError, Tally};
+use crate::scene::error::{About, Place, SceneError, Tally};
 use crate::scene::gltf::document::name;
 use crate::scene::gltf::fault::Fault;
 use crate::scene::gltf::ignored::{Ignored, Kind};
@@ -154,11 +154,13 @@ pub(super) fn warn_of_white(soup: &mut Soup, is_white: &[bool], coloured: &[bool
         }
     }
     let consequence = format!("it would reflect everything; it reflects {DEFAULT_RHO}");
-    white.report(&soup.file, "material", "white base colour", &consequence, &mut soup.warnings);
+    let place = (soup.file.as_str(), "material");
+    white.report(About::Light, place, "white base colour", &consequence, &mut soup.warnings);
     let rho = soup.materials[plain].rho.x;
     let consequence =
         format!("glTF's default is white, which would reflect everything; reflecting {rho} (--reflectance)");
-    bare.report(&soup.file, "triangle", "face without a material", &consequence, &mut soup.warnings);
+    let place = (soup.file.as_str(), "triangle");
+    bare.report(About::Light, place, "face without a material", &consequence, &mut soup.warnings);
 }
 
 /// The base colour.

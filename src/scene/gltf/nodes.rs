@@ -25,7 +25,7 @@ use crate::scene::gltf::fault::{Fault, item};
 use crate::scene::gltf::ignored::{Ignored, Kind};
 use crate::scene::gltf::schema::{Index, Light, Node, Root, Spot};
 use crate::scene::model::Camera;
-use crate::scene::photometry::EFFICACY;
+use crate::scene::punctual::photometry::EFFICACY;
 use crate::scene::punctual::{Beam, PunctualForm, PunctualLight, PunctualPlace};
 use crate::scene::soup::SoupCamera;
 

@@ -4,9 +4,9 @@
 //!   first. `\` counts as `/` where no file has it in its name, and a path that leads nowhere is looked for by its last
 //!   part next to the OBJ, since exporters write the paths of their own machine. What is not found is warned of.
 //! * An image is looked for next to its MTL file, then next to the scene's files. One that is not there, or is neither
-//!   PNG, JPEG, WebP, BMP nor TGA, is warned of, and the material keeps its plain numbers, or [`DEFAULT_RHO`] where `Kd`
-//!   is 1 or 0; one that is broken is an error. `Kd` and `Ke` are factors on their textures; left out, or all 0, which
-//!   would leave nothing of the texture, they count as 1. The opacity is a factor on `map_d`.
+//!   PNG, JPEG, WebP, BMP nor TGA, is warned of, and the material keeps its plain numbers, or [`DEFAULT_RHO`] where
+//!   `Kd` is 1 or 0; one that is broken is an error. `Kd` and `Ke` are factors on their textures; left out, or all 0,
+//!   which would leave nothing of the texture, they count as 1. The opacity is a factor on `map_d`.
 //!
 //! Not handled: names that differ from the file's in upper and lower case.
 
@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 use crate::light::Rgb;
 use crate::pictures::{Texels, TexelsError};
-use crate::scene::error::{Place, SceneError, Tally, list, shorten};
+use crate::scene::error::{About, Place, SceneError, Tally, Warning, list, shorten};
 use crate::scene::model::{DEFAULT_RHO, Material};
 use crate::scene::obj::lines::Latin;
 use crate::scene::obj::mtl::{Libraries, MapLine};
@@ -63,7 +63,8 @@ pub(super) fn read_libraries(
     }
     let names = list(missing.names.iter().map(String::as_str));
     let why = missing.failure.map_or(String::new(), |failure| format!(" ({failure})"));
-    missing.lines.report(file, "line", "missing MTL file", &format!("{names}{why}"), &mut libraries.warnings);
+    let consequence = format!("{names}{why}");
+    missing.lines.report(About::Light, (file, "line"), "missing MTL file", &consequence, &mut libraries.warnings);
     Ok(())
 }
 
@@ -130,8 +131,10 @@ struct Images<'a, 'f> {
     missing: Tally,
     names: Vec<String>,
     first: Option<(String, String)>,
-    /// Those of `map_Kd` that a grey stands for.
-    replaced: Tally,
+    /// What the images that cannot be read concern.
+    about: About,
+    /// Whether a grey stands for some of `map_Kd`.
+    is_replaced: bool,
 }
 
 /// Puts textures onto the materials that `used` numbers; `file` names the OBJ. Adds to the warnings.
@@ -144,7 +147,7 @@ pub(super) fn attach_textures(
     used: &[usize],
     materials: &mut [Material],
     reader: Reader,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<(), SceneError> {
     let (missing, known) = (Tally::default(), HashMap::new());
     let mut images = Images {
@@ -154,7 +157,8 @@ pub(super) fn attach_textures(
         missing,
         names: Vec::new(),
         first: None,
-        replaced: Tally::default(),
+        about: About::Light,
+        is_replaced: false,
     };
     for &index in used {
         let (entry, material) = (&libraries.entries[index], &mut materials[index]);
@@ -162,12 +166,10 @@ pub(super) fn attach_textures(
         if let Some((line, image)) = images.open(&entry.map_kd, &material.name)? {
             material.rho = factor(entry.has_kd(), material.rho);
             maps.reflectance = Some(texture(line, image));
-        } else if let Some(line) = &entry.map_kd
-            && (material.rho == Rgb::ZERO || material.rho == Rgb::ONE)
-        {
+        } else if entry.map_kd.is_some() && (material.rho == Rgb::ZERO || material.rho == Rgb::ONE) {
             // A factor alone says nothing of what a surface reflects.
             material.rho = Rgb::splat(DEFAULT_RHO);
-            images.replaced.add_named(line.line, &material.name);
+            images.is_replaced = true;
         }
         if let Some((line, image)) = images.open(&entry.map_ke, &material.name)? {
             material.emission = factor(entry.has_ke(), material.emission);
@@ -178,16 +180,21 @@ pub(super) fn attach_textures(
             let own = if image.has_alpha() { Channel::Alpha } else { Channel::Luminance };
             let shares = Image::shares(image.texels(), line.channel.unwrap_or(own));
             mask.texture = Some(texture(line, Arc::new(shares)));
+        } else if entry.map_d.is_some() {
+            images.about = About::Shape;
         }
         maps.mask = Some(mask);
         material.set_maps(maps);
     }
     if let Some((file, why)) = &images.first {
         let names = list(images.names.iter().map(String::as_str));
-        let consequence = format!("{names} ({why}): the plain numbers count");
-        images.missing.report(file, "line", "missing texture", &consequence, warnings);
-        let consequence = format!("Kd beside it is but a factor; {DEFAULT_RHO} is reflected in place of the texture");
-        images.replaced.report(file, "line", "missing map_Kd", &consequence, warnings);
+        let mut consequence = format!("{names} ({why}): the plain numbers count");
+        if images.is_replaced {
+            let replaced =
+                format!("; {DEFAULT_RHO} is reflected in place of the texture where Kd, a factor, is 1 or 0");
+            consequence.push_str(&replaced);
+        }
+        images.missing.report(images.about, (file, "line"), "missing texture", &consequence, warnings);
     }
     Ok(())
 }

@@ -13,7 +13,7 @@
 use std::borrow::Cow;
 
 use crate::scene::NO_MATERIAL;
-use crate::scene::error::{Place, SceneError, Tally, shorten};
+use crate::scene::error::{About, Place, SceneError, Tally, Warning, shorten};
 
 /// One statement: a keyword and what follows it.
 pub(super) struct Statement<'a> {
@@ -113,8 +113,9 @@ impl Latin {
     }
 
     /// One warning, where a line was counted.
-    pub(super) fn report(&self, warnings: &mut Vec<String>) {
-        self.lines.report(&self.file, "line", "line", "not UTF-8 text, read as Latin-1", warnings);
+    pub(super) fn report(&self, warnings: &mut Vec<Warning>) {
+        let consequence = "not UTF-8 text, read as Latin-1";
+        self.lines.report(About::Shape, (&self.file, "line"), "line", consequence, warnings);
     }
 }
 
@@ -245,7 +246,7 @@ mod tests {
         assert_eq!(decode("a", "\u{feff}v".as_bytes()).unwrap(), "v");
     }
 
-    fn read(bytes: &[u8]) -> (String, Vec<String>) {
+    fn read(bytes: &[u8]) -> (String, Vec<Warning>) {
         let (mut latin, mut warnings) = (Latin::default(), Vec::new());
         let text = latin.decode("a.obj", bytes).unwrap().into_owned();
         latin.report(&mut warnings);
@@ -256,7 +257,7 @@ mod tests {
     fn each_line_has_its_own_encoding() {
         let (text, warnings) = read(b"\xef\xbb\xbfo caf\xc3\xa9\no caf\xe9\r\n\xe9\n");
         assert_eq!(text, "o café\no café\r\né\n");
-        assert_eq!(warnings, ["2 lines (first: a.obj, line 2): not UTF-8 text, read as Latin-1"]);
+        assert_eq!(warnings.join("|"), "2 lines (first: a.obj, line 2): not UTF-8 text, read as Latin-1");
     }
 
     #[test]

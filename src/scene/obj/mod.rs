@@ -5,11 +5,16 @@
 //!
 //! | in the files | here |
 //! |---|---|
-//! | `v` with weight and colour, `vt`, `f`, `o`, `g`, `usemtl`, `mtllib`; `newmtl`, `Kd`, `Ke`, `d`, `Tr`, `map_Kd`, `map_Ke`, `map_d`, with `--highlights` `Ks` and `Ns` | modelled |
-//! | `vp` and what else describes curves, `bevel`, `lod`, `shadow_obj` and the like; `Ka`, `map_Ka`, `sharpness`; `Tf`, `Pm`, `Pr`, `illum` of diffuse surfaces; comments | read over: no picture needs them |
-//! | weights but 1, points, lines, curves, surfaces, normals that differ within a face; `Ks`, `Ni`, metal, coats, mirrors, glass, other textures; what is not known | said, and left out |
-//! | faces of opacity 0, without area or of two corners; colours and opacities out of range; a missing library, material, image or `Kd`; what is defined twice; text that is not UTF-8 | said, with what is there in its place |
-//! | numbers that are none or out of range, indices beyond the vertices, broken images, one line of text, files of another kind | refused |
+//! | `v` with weight and colour, `vt`, `f`, `o`, `g`, `usemtl`, `mtllib` | modelled |
+//! | `newmtl`, `Kd`, `Ke`, `d`, `Tr`, `map_Kd`, `map_Ke`, `map_d`; by request `Ks`, `Ns` | modelled |
+//! | `vp` and what else is of curves alone; `bevel`, `lod`, `shadow_obj` and the like | silent |
+//! | `Ka`, `map_Ka`, `sharpness`; `Tf`, `Pm`, `Pr`, `illum` of diffuse surfaces; comments | silent |
+//! | weights but 1, points, lines, curves, surfaces, normals that differ within a face | said |
+//! | `Ks`, `Ni`, metal, coats, mirrors, glass, other textures; what is not known | said |
+//! | faces of opacity 0, without area or of two corners; what is defined twice | said |
+//! | a missing library, material, image or `Kd`; text that is not UTF-8; shares out of range | said |
+//! | numbers that are none or out of range, indices beyond the vertices, broken images | refused |
+//! | a text of one line, files of another kind | refused |
 //!
 //! `lines` parts a text into statements, `statements` reads those of an OBJ and `objects` the names of its parts, `mtl`
 //! reads materials, `files` finds MTL files and images.
@@ -23,7 +28,7 @@ mod objects;
 mod statements;
 
 use crate::light::Rgb;
-use crate::scene::error::{Place, SceneError, Tally, list};
+use crate::scene::error::{About, Place, SceneError, Tally, list};
 use crate::scene::model::{DEFAULT_GREY, Material, NO_MATERIAL};
 use crate::scene::obj::files::{attach_textures, read_libraries};
 use crate::scene::obj::lines::Latin;
@@ -100,7 +105,8 @@ fn find_materials(file: &str, obj: &Statements, libraries: &mut Libraries, rho: 
             _ => format!("the MTL files define {}", names(known)),
         };
         let consequence = format!("{} ({why}): reflecting {grey}, emitting nothing", names(added));
-        undefined.report(file, "line", "undefined material", &consequence, &mut libraries.warnings);
+        let place = (file, "line");
+        undefined.report(About::Light, place, "undefined material", &consequence, &mut libraries.warnings);
     }
     used
 }

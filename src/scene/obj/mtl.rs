@@ -15,7 +15,7 @@ use std::fmt::Write;
 use glam::{DVec2, DVec3};
 
 use crate::light::{Gloss, Rgb};
-use crate::scene::error::{Place, SceneError, Tally, list};
+use crate::scene::error::{About, Place, SceneError, Tally, Warning, list};
 use crate::scene::model::{DEFAULT_RHO, Material};
 use crate::scene::obj::lines::{Statement, refuse_one_line, statements};
 use crate::scene::soup::{check_emission, check_gloss, check_rho};
@@ -76,7 +76,7 @@ pub(super) struct Libraries {
     /// Whether vertices have colours.
     coloured: bool,
     /// Warnings of every library read so far.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
 }
 
 /// One library while it is read.
@@ -311,23 +311,28 @@ impl Tallies {
     }
 
     /// Appends the warnings of a library.
-    fn report(&self, file: &str, coloured: bool, warnings: &mut Vec<String>) {
+    fn report(&self, file: &str, coloured: bool, warnings: &mut Vec<Warning>) {
         let unread = |unread: &Unread, why| format!("{}: {why}", list(unread.keywords.iter().map(String::as_str)));
         let textures = unread(&self.textures, "of textures map_Kd, map_Ke and map_d alone are modelled");
         let statements = unread(&self.statements, "not modelled, and left out");
         let no_kd = format!("it reflects {DEFAULT_RHO}{}", where_uncoloured(coloured));
-        for (tally, noun, consequence) in [
-            (&self.textures.lines, "texture", textures.as_str()),
-            (&self.statements.lines, "statement", statements.as_str()),
-            (&self.halo, "d -halo statement", "its factor is taken for all directions"),
-            (&self.outside, "opacity value", "outside 0..1, and clamped"),
-            (&self.inverted, "Tr 1 statement", INVERTED),
-            (&self.apart, "contradictory Tr statement", "it is not 1 - d; d counts"),
-            (&self.specular, "specular colour", "Ks is left out; --highlights shows highlights of direct light"),
-            (&self.no_kd, "missing Kd", no_kd.as_str()),
-            (&self.twice, "repeated definition", "the first one counts"),
+        for (about, tally, noun, consequence) in [
+            (About::Light, &self.textures.lines, "texture", textures.as_str()),
+            (About::Light, &self.statements.lines, "statement", statements.as_str()),
+            (About::Shape, &self.halo, "d -halo statement", "its factor is taken for all directions"),
+            (About::Shape, &self.outside, "opacity value", "outside 0..1, and clamped"),
+            (About::Shape, &self.inverted, "Tr 1 statement", INVERTED),
+            (About::Shape, &self.apart, "contradictory Tr statement", "it is not 1 - d; d counts"),
+            (
+                About::Light,
+                &self.specular,
+                "specular colour",
+                "Ks is left out; --highlights shows highlights of direct light",
+            ),
+            (About::Light, &self.no_kd, "missing Kd", no_kd.as_str()),
+            (About::Light, &self.twice, "repeated definition", "the first one counts"),
         ] {
-            tally.report(file, "line", noun, consequence, warnings);
+            tally.report(about, (file, "line"), noun, consequence, warnings);
         }
     }
 }

@@ -1,5 +1,5 @@
-//! An image as a texture needs it: eight-bit texels, decoded when they are read, and the means of its squares for patches
-//! that many texels lie on.
+//! An image as a texture needs it: eight-bit texels, decoded when they are read, and the means of its squares for
+//! patches that many texels lie on.
 //!
 //! Codes of colours are sRGB's (IEC 61966-2-1), decoded to linear light by a table of 256 entries; an image of shares,
 //! made of one channel of another, has code / 255. Means take 6 % of the texels' memory in addition.

@@ -17,7 +17,7 @@ use crate::error::CliError;
 use halflight::light::{Mode, Transport};
 use halflight::pictures::{Exposure, Size};
 use halflight::render::{Fineness, Solver, check_pictures, usable_memory};
-use halflight::scene::{AddedLight, LengthUnit, LoadOptions, Scene, Sides};
+use halflight::scene::{About, AddedLight, LengthUnit, LoadOptions, Scene, Sides};
 use halflight_export::scene_to_bytes;
 use halflight_study::compare::{Ladder, Method};
 
@@ -126,12 +126,25 @@ pub struct Problem {
 impl Completion {
     /// Reads and checks the scene of that name or path, and prints its warnings.
     pub fn load(&self, scene: &str, console: &Console) -> Result<Scene, CliError> {
+        let scene = self.read(scene)?;
+        scene.warnings.iter().for_each(|warning| console.warn(&warning.text));
+        Ok(scene)
+    }
+
+    /// What [`Completion::load`] does for what depends on shapes alone: of its warnings those of shapes.
+    pub fn load_shape(&self, scene: &str, console: &Console) -> Result<Scene, CliError> {
+        let scene = self.read(scene)?;
+        let of_shape = scene.warnings.iter().filter(|warning| warning.about == About::Shape);
+        of_shape.for_each(|warning| console.warn(&warning.text));
+        Ok(scene)
+    }
+
+    fn read(&self, scene: &str) -> Result<Scene, CliError> {
         let two_sided = if self.two_sided { Sides::Two } else { Sides::One };
         let Completion { reflectance, light, highlights, unit, .. } = *self;
         let options = LoadOptions { two_sided, reflectance, light, highlights, unit };
         let scene = Scene::open_with(scene, options)?;
         check_team(&scene)?;
-        scene.warnings.iter().for_each(|warning| console.warn(warning));
         Ok(scene)
     }
 }

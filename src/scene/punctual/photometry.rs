@@ -4,7 +4,7 @@
 //! between the angles measured in both, and 0 beyond them. The candela of a file become the radiant intensity of a
 //! white light of the same luminance, CIE Y of linear sRGB, by 683 lm/W.
 //!
-//! Not handled: how files give it ([`crate::scene::photometry`]).
+//! Not handled: how files give it ([`crate::scene::scene_file`]).
 
 use std::f64::consts::TAU;
 

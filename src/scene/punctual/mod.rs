@@ -13,12 +13,14 @@
 //!
 //! Not handled: a face to be seen; the camera does not see these lights, and no surface meets them by chance.
 
+pub(crate) mod photometry;
+
 use std::sync::Arc;
 
 use glam::DVec3;
 
 use crate::light::Rgb;
-use crate::scene::photometry::Photometry;
+use crate::scene::punctual::photometry::Photometry;
 
 /// A punctual light, in unit coordinates.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]

@@ -8,14 +8,15 @@
 //!
 //! | in the file | here |
 //! |---|---|
-//! | edition: 1986 (no header), 1991, 1995, 2002, 2019 | by a line before TILT= that begins with IESNA, IES or LM-63 and has the year, in any spelling, beyond blank lines, comments and labels |
-//! | number after the ballast factor | a factor up to 1991; a reserved number or a code of the file's kind since, read over |
-//! | keywords, labels, comments, lumens, watts, lamps, height of the opening | read over: no picture needs them |
+//! | type C of any symmetry; multiplier, ballast factor | read |
+//! | the edition: 1986 (no header), 1991, 1995, 2002, 2019 | read, from a [header](edition) in any spelling |
+//! | the number after the ballast factor | a factor up to 1991; a reserved number or a code since |
 //! | TILT=NONE, TILT=INCLUDE | read: the factor of the angle between the axis and straight down |
-//! | TILT=FILE | refused |
+//! | line ends LF, CR LF and CR; ^Z and what follows; NUL; a byte order mark; no UTF-8 | read |
+//! | keywords, labels, comments, blank lines | silent |
+//! | lumens, watts, lamps, the height of the opening | silent |
 //! | width and length of the opening | said: the luminaire counts as a point |
-//! | type C, any symmetry | read; types A and B refused |
-//! | ends of lines LF, CR LF, CR; ^Z; NUL; byte order mark; bytes that are not UTF-8 | read; what follows ^Z is read over |
+//! | TILT= with a file; types A and B; numbers that are none, out of order or missing | refused |
 //!
 //! Not handled: types A and B; the size of the luminous opening, which the reader names.
 //!
@@ -27,7 +28,7 @@ use glam::DVec3;
 
 use crate::scene::error::{Place, SceneError, shorten};
 use crate::scene::other_kinds::refuse_other_kind;
-use crate::scene::photometry::intensity::{EFFICACY, Photometry, between};
+use crate::scene::punctual::photometry::{EFFICACY, Photometry, between};
 
 /// Angles of a file at most, in either direction: a hundred times as many as goniometers measure.
 const MOST_ANGLES: usize = 36_000;
@@ -202,8 +203,8 @@ fn lines(text: &str) -> Vec<(usize, &str)> {
     (1..).zip(all).collect()
 }
 
-/// The line of TILT= and what it says, in capitals: the first one that says NONE or INCLUDE, since labels may begin with
-/// the word; else the first of all.
+/// The line of TILT= and what it says, in capitals: the first one that says NONE or INCLUDE, since labels may begin
+/// with the word; else the first of all.
 fn find_tilt(lines: &[(usize, &str)]) -> Option<(usize, String)> {
     let says = |line: &str| {
         let line = line.to_ascii_uppercase();

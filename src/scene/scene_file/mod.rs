@@ -10,6 +10,8 @@
 //! Not handled: geometry, which is the OBJ's or the glTF's.
 
 use crate::scene::soup::Reader;
+mod lm63;
+
 use std::collections::{BTreeMap, HashMap};
 use std::fmt::Debug;
 use std::io;
@@ -22,10 +24,10 @@ use toml::Spanned;
 
 use crate::light::{Mode, Rgb, Transport, TransportError, Visibility};
 use crate::scene::emission::SkyLight;
-use crate::scene::error::{Place, SceneError, ViewError, list, shorten};
+use crate::scene::error::{About, Place, SceneError, ViewError, list, shorten};
 use crate::scene::model::{Camera, DEFAULT_FOV, Material, Scene, Sides};
-use crate::scene::photometry::{Mounting, read_lm63};
 use crate::scene::punctual::{Beam, PunctualForm, PunctualLight, PunctualPlace};
+use crate::scene::scene_file::lm63::Mounting;
 use crate::scene::soup::{Soup, check_emission, outside_f32};
 use crate::scene::unit::LengthUnit;
 
@@ -277,7 +279,8 @@ impl SceneFile {
         if let Some(sky) = &self.sky {
             scene.set_sky(sky.light(text)?, up);
         }
-        scene.warnings.extend(self.turned_by_camera(text, up));
+        let turned = self.turned_by_camera(text, up).map(|text| About::Light.warning(text));
+        scene.warnings.extend(turned);
         Ok(())
     }
 
@@ -451,15 +454,16 @@ impl LightTable {
         let name = file.get_ref();
         let missing =
             |source| SceneError::MissingPhotometry { place: text.place(file.span()), name: shorten(name), source };
-        let read = read_lm63(name, &reader(name).map_err(missing)?, mounting)?;
+        let read = lm63::read(name, &reader(name).map_err(missing)?, mounting)?;
         let named = format!("{name}: ");
         if read.opening > 0.0 && !scene.warnings.iter().any(|warning| warning.starts_with(&named)) {
-            scene.warnings.push(format!(
+            let text = format!(
                 "{named}a luminous opening of {:.2} m is taken for a point: light nearer than {:.1} m to it is off by \
                  more than one percent",
                 read.opening,
                 5.0 * read.opening
-            ));
+            );
+            scene.warnings.push(About::Light.warning(text));
         }
         Ok(Beam::Measured(Arc::new(read.photometry)))
     }
