@@ -162,14 +162,50 @@ fn colours_behind_vertices_are_srgb_codes() {
 
 #[test]
 fn a_factor_says_nothing_of_a_texture_that_is_not_there() {
-    for (name, said) in [("kd-1", true), ("kd-08", false)] {
+    for name in ["kd-1", "kd-08"] {
         let scene = load(&format!("missing-texture/{name}.obj"));
         let wall = scene.materials.iter().find(|material| material.name == "wall").expect("a wall");
         assert_eq!(wall.rho, Vec3::splat(0.8), "{name}");
         let warnings = scene.warnings.join("\n");
         assert!(warnings.contains("plaster.bmp"), "{warnings}");
-        assert_eq!(warnings.contains("0.8 is reflected in place of the texture"), said, "{warnings}");
+        assert!(
+            warnings.contains("1 missing map_Kd of material `wall`") && warnings.contains("0.8 of it where it is 1")
+        );
     }
+}
+
+/// Nearly white, white in one channel, and none at all beside a texture that is not there.
+#[test]
+fn a_factor_that_is_nearly_all_is_no_reflectance() {
+    for (kd, expected) in [
+        ("Kd 1 1 1\n", [0.8, 0.8, 0.8]),
+        ("Kd .999 .999 .999\n", [0.7992, 0.7992, 0.7992]),
+        ("Kd 1 .5 .2\n", [0.8, 0.4, 0.16]),
+        ("Kd 0 0 0\n", [0.8, 0.8, 0.8]),
+        ("", [0.8, 0.8, 0.8]),
+        ("Kd .8 .8 .8\n", [0.8, 0.8, 0.8]),
+        ("Kd .5 .5 .5\n", [0.5, 0.5, 0.5]),
+    ] {
+        let place = tempfile::tempdir().expect("a folder");
+        let at = |name: &str| place.path().join(name);
+        std::fs::write(at("s.obj"), PLATE).expect("a file");
+        std::fs::write(at("m.mtl"), format!("newmtl a\n{kd}map_Kd gone.png\n")).expect("a file");
+        let scene = Scene::load(&at("s.obj"), LoadOptions::default()).expect("a scene");
+        assert!(
+            (scene.materials[0].rho - Vec3::from(expected)).abs().max_element() < 1e-6,
+            "{kd}: {:?}",
+            scene.materials[0]
+        );
+        assert!(scene.warnings.join("\n").contains("gone.png"), "{kd}");
+    }
+}
+
+/// White behind `v` and nothing in the library: what is white stands for what is not said, as in glTF.
+#[test]
+fn white_vertices_define_nothing() {
+    let obj = "mtllib m.mtl\nusemtl a\nv 0 0 0 1 1 1\nv 0 0 1 1 1 1\nv 1 0 1 1 1 1\nf 1 2 3\n";
+    let scene = Scene::from_obj_text("s", obj, "newmtl a\n").expect("a scene");
+    assert!((scene.means_of_face(0).rho - 0.8).abs().max_element() < 1e-6);
 }
 
 /// The lamp comes after the ceiling that it lies in, or before.
@@ -202,6 +238,12 @@ fn files_of_other_kinds_are_told_for_what_they_are() {
         assert_eq!(error.to_string(), format!("s.obj is {message}, not what its name says"));
         let error = Scene::from_gltf_bytes("s", text.as_bytes()).expect_err(message);
         assert_eq!(error.to_string(), format!("s.gltf is {message}, not what its name says"));
+    }
+    for (text, message) in
+        [("glTF\u{2}", "a glTF of the binary kind"), ("{\"asset\": {}}", "a text of JSON, as glTF is")]
+    {
+        let error = Scene::from_obj_text("s", text, "").expect_err(message);
+        assert_eq!(error.to_string(), format!("s.obj is {message}, not what its name says"));
     }
     // What stands in for a library is no library.
     let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 1\n";

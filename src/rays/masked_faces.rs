@@ -7,7 +7,8 @@
 //! Rays of the camera, each of which shows in the picture, see by weight instead: what lies behind a face counts by one
 //! minus the mean of a over the part of the face within the ray's [`Cell`], which is exact. What the face itself sends
 //! counts by that mean too, or where its reflectance or emission is an image, which goes with the mask from texel to
-//! texel, by a at the point. Both are right in the mean over rays.
+//! texel, by a at the point. Both are right in the mean over rays. Along a ray that meets several faces whose masks are
+//! uneven all count by a at their points, since holes may lie behind holes.
 //!
 //! Not handled: closed forms, which take faces as whole; [`crate::direct::Shafts`] leave masked ones to rays. Within a
 //! cell, a part of a face that another hides counts in the mean like the part that is seen; so does what lies beyond
@@ -76,13 +77,20 @@ impl MaskedFaces {
         share >= 1.0 || (share > 0.0 && drawn() < share)
     }
 
-    /// The shares of a ray's light that come from a face which it meets, and from what lies behind.
-    fn shares(&self, hit: &Hit, cell: &Cell) -> [f32; 2] {
+    /// The shares of a ray's light that come from a face which it meets, and from what lies behind; by the mean over a
+    /// cell, if one is given.
+    fn shares(&self, hit: &Hit, cell: Option<&Cell>) -> [f32; 2] {
         let Some(face) = self.faces.get(&hit.face) else { return [1.0, 0.0] };
-        let mean = face.mean(cell);
+        let mean = cell.and_then(|cell| face.mean(cell));
         let is_uneven = || face.maps.reflectance.is_some() || face.maps.emission.is_some();
         let own = mean.filter(|_| !is_uneven()).unwrap_or_else(|| face.at(hit));
         [own, 1.0 - mean.unwrap_or(own)]
+    }
+
+    /// Whether more than one of the faces met has a mask that is not the same everywhere.
+    fn are_several_uneven(&self, hits: &[Hit]) -> bool {
+        let is_uneven = |hit: &&Hit| self.faces.get(&hit.face).is_some_and(MaskedFace::is_uneven);
+        hits.iter().filter(is_uneven).nth(1).is_some()
     }
 
     /// Appends what a ray sees of a meeting with other faces and of all with these, each with the share of the light of
@@ -102,12 +110,14 @@ impl MaskedFaces {
         }
         hits.extend(other);
         settle_all(&mut hits, planes);
-        let (cell, mut remaining) = (cell(), 1.0);
+        // Holes of one may lie behind those of another, which the product of their means would not know.
+        let cell = (!self.are_several_uneven(&hits)).then(cell);
+        let mut remaining = 1.0;
         for hit in hits {
             let [own, behind] = match remaining < LITTLE {
                 true if self.is_there(&hit) => [1.0, 0.0],
                 true => [0.0, 1.0],
-                false => self.shares(&hit, &cell),
+                false => self.shares(&hit, cell.as_ref()),
             };
             if own > 0.0 {
                 out.push((hit, remaining * own));
@@ -210,6 +220,12 @@ impl MaskedFace {
         mask.map_or(1.0, |mask| mask.alone_at(at.as_dvec2(), self.alpha(u, v)))
     }
 
+    /// Whether its mask is not the same everywhere.
+    fn is_uneven(&self) -> bool {
+        let has_image = self.maps.mask.as_ref().is_some_and(|mask| mask.texture.is_some());
+        has_image || self.alpha != [self.alpha[0]; 3]
+    }
+
     /// Alpha of the vertices by the weights of the second and third corner.
     fn alpha(&self, u: f32, v: f32) -> f32 {
         let [a, b, c] = self.alpha;
@@ -220,7 +236,7 @@ impl MaskedFace {
     /// goes beyond the horizon of its plane.
     fn mean(&self, cell: &Cell) -> Option<f32> {
         let mask = self.maps.mask.as_ref().filter(|mask| mask.cutoff.is_none())?;
-        if mask.texture.is_none() && self.alpha == [self.alpha[0]; 3] {
+        if !self.is_uneven() {
             return mask.mean_alone(&[], self.alpha[0]);
         }
         let part = self.part_within(cell)?;

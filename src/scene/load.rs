@@ -14,7 +14,7 @@ use crate::scene::emission::SkyLight;
 use crate::scene::error::{About, SceneError, list};
 use crate::scene::model::{AddedLight, Camera, LoadOptions, Scene};
 use crate::scene::obj::lines::decode;
-use crate::scene::other_kinds::refuse_other_kind;
+use crate::scene::other_kinds::{refuse_gltf, refuse_other_kind};
 use crate::scene::punctual::PunctualLight;
 use crate::scene::scene_file::Text;
 use crate::scene::soup::{SceneInput, Soup};
@@ -146,7 +146,26 @@ fn from_geometry(input: &SceneInput) -> Result<Scene, SceneError> {
     let mut soup = read_geometry(input)?;
     soup.unit = input.options.unit.or(soup.unit);
     input.options.apply(&mut soup.materials, |_| false);
-    assemble_lit(soup, input.options.light)
+    let mut scene = assemble_lit(soup, input.options.light)?;
+    let is_assumed = input.options.unit.is_none() && !scene.lights.is_empty();
+    warn_of_metres(&mut scene, is_assumed);
+    Ok(scene)
+}
+
+/// Metres that a scene lit by candela is long at most without a doubt that they are metres.
+const LARGEST: f64 = 200.0;
+
+/// Warns of a scene whose lights take a file's numbers for metres, where they are likely none.
+fn warn_of_metres(scene: &mut Scene, is_assumed: bool) {
+    let size = 2.0 * scene.frame.in_metres();
+    if is_assumed && size > LARGEST {
+        let text = format!(
+            "`{}` is {size:.0} m long as its lights take it, so that little light arrives; if it is not in metres give the \
+             unit, like unit = \"mm\" in a scene file, or --unit mm",
+            scene.name
+        );
+        scene.warnings.push(About::Light.warning(text));
+    }
 }
 
 /// Reads a scene file and the geometry that it names.
@@ -173,14 +192,14 @@ fn from_scene_file(input: &SceneInput) -> Result<Scene, SceneError> {
     read.change_materials(&text, &mut soup)?;
     let unit = options.unit.or(read.unit()).or(soup.unit);
     soup.unit = unit;
+    let (is_assumed, is_lit) = (options.unit.or(read.unit()).is_none(), !soup.lights.is_empty());
     options.apply(&mut soup.materials, |name| read.gives_sides(name));
     // Where light is may decide from where a scene is looked at; an added luminaire is not looked at.
     let is_framed_lit = read.is_lit() && !read.has_camera() && options.light != Some(AddedLight::Ceiling);
     soup.has_view = read.has_camera() || is_framed_lit;
     let mut scene = assemble_lit(soup, options.light)?;
     read.finish(&text, &mut scene, reader)?;
-    let unlikely = read.unlikely_metres(&scene, unit);
-    scene.warnings.extend(unlikely.map(|text| About::Light.warning(text)));
+    warn_of_metres(&mut scene, is_assumed && (is_lit || read.is_photometric()));
     if is_framed_lit && scene.cameras.is_empty() {
         scene.camera = Camera::framing(&scene);
     }
@@ -190,7 +209,11 @@ fn from_scene_file(input: &SceneInput) -> Result<Scene, SceneError> {
 /// Reads an OBJ or a glTF. Faces of opacity 0 are left out.
 fn read_geometry(input: &SceneInput) -> Result<Soup, SceneError> {
     refuse_other_kind(input.file, input.bytes)?;
-    let mut soup = if is_gltf(input.file) { gltf::read(input) } else { obj::read(input) }?;
+    let is_gltf = is_gltf(input.file);
+    if !is_gltf {
+        refuse_gltf(input.file, input.bytes)?;
+    }
+    let mut soup = if is_gltf { gltf::read(input) } else { obj::read(input) }?;
     soup.remove_invisible();
     Ok(soup)
 }

@@ -15,10 +15,11 @@ pub(crate) struct OtherKind {
 
 const CONVERT: &str = "convert it to OBJ or glTF, with Blender or MeshLab, and load that";
 const EXPORT: &str = "export glTF or OBJ from the program that wrote it, and load that";
+const UTF_8: &str = "save it as UTF-8";
 const UNPACK: &str = "unpack it, and load what is in it";
 
 /// Beginnings of text, in lower case, and of bytes.
-const BEGINNINGS: [(&[u8], OtherKind); 15] = [
+const BEGINNINGS: [(&[u8], OtherKind); 18] = [
     (
         b"version https://git-lfs",
         OtherKind { is: "a pointer of Git LFS", advice: "fetch the file that it stands for: git lfs pull" },
@@ -46,6 +47,9 @@ const BEGINNINGS: [(&[u8], OtherKind); 15] = [
     (b"pxr-usdc", OtherKind { is: "a USD", advice: CONVERT }),
     (b"kaydara fbx", OtherKind { is: "an FBX", advice: CONVERT }),
     (b"; fbx", OtherKind { is: "an FBX", advice: CONVERT }),
+    (b"iso-10303-21", OtherKind { is: "a STEP", advice: CONVERT }),
+    (b"\xff\xfe", OtherKind { is: "text in UTF-16", advice: UTF_8 }),
+    (b"\xfe\xff", OtherKind { is: "text in UTF-16", advice: UTF_8 }),
     (b"blender", OtherKind { is: "a file of Blender's own", advice: EXPORT }),
     (b"pk\x03\x04", OtherKind { is: "a ZIP archive", advice: UNPACK }),
     (b"\x1f\x8b", OtherKind { is: "a gzip archive", advice: UNPACK }),
@@ -63,6 +67,17 @@ pub(crate) fn other_kind(bytes: &[u8]) -> Option<OtherKind> {
     let known = BEGINNINGS.iter().find(|(beginning, _)| head.starts_with(beginning));
     let is_stl = || is_text_stl(&head) || is_binary_stl(bytes);
     known.map(|(_, kind)| *kind).or_else(|| is_stl().then_some(STL))
+}
+
+/// Refuses a glTF where text is expected.
+pub(crate) fn refuse_gltf(file: &str, bytes: &[u8]) -> Result<(), SceneError> {
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+    let (is, advice) = match (bytes.starts_with(b"glTF"), text.starts_with(b"{")) {
+        (true, _) => ("a glTF of the binary kind", "name it *.glb"),
+        (_, true) => ("a text of JSON, as glTF is", "name it *.gltf"),
+        _ => return Ok(()),
+    };
+    Err(SceneError::OtherKind { file: file.to_owned(), is, advice })
 }
 
 /// Refuses bytes of another kind.
@@ -101,6 +116,8 @@ mod tests {
             (b"Kaydara FBX Binary  \0", "an FBX"),
             (b"BLENDER-v300", "a file of Blender's own"),
             (b"PK\x03\x04", "a ZIP archive"),
+            (b"ISO-10303-21;", "a STEP"),
+            (b"\xff\xfev\0", "text in UTF-16"),
         ] {
             assert_eq!(other_kind(bytes).map(|kind| kind.is), Some(is));
         }

@@ -8,7 +8,7 @@
 //!
 //! A material whose corners all have one colour takes it into its own numbers. Corners without a colour count as white.
 //! Where the file does not define what a material reflects, its colours are what it reflects, and corners without one
-//! reflect the grey that stands for such materials; a colour that is white everywhere defines nothing in glTF.
+//! reflect the grey that stands for such materials; a colour that is white everywhere defines nothing.
 //!
 //! Not handled: what the bytes of a format mean ([`crate::scene::obj`], [`crate::scene::gltf`]).
 
@@ -105,10 +105,8 @@ pub(crate) struct Defined {
 pub(crate) enum Reflects {
     /// What the file defines: the factor on colours.
     Defined,
-    /// The grey that stands for what the file does not define.
-    Undefined,
     /// The grey that stands for what the file does not define, to which white colours of vertices belong as well.
-    UndefinedWhite,
+    Undefined,
 }
 
 /// The colours of the corners of one material.
@@ -180,8 +178,7 @@ impl Soup {
         for (m, material) in self.materials.iter_mut().enumerate() {
             let is_defined = match defined[m].rho {
                 Reflects::Defined => true,
-                Reflects::Undefined => false,
-                Reflects::UndefinedWhite => !coloured[m],
+                Reflects::Undefined => !coloured[m],
             };
             if !is_defined && !matches!(given[m], Corners::Bare) {
                 bare[m] = std::mem::replace(&mut material.rho, Vec3::ONE).extend(1.0);

@@ -283,6 +283,6 @@ fn primitives_without_a_material_are_those_of_gltf() {
         assert_eq!(scene.rho_at(0, Vec3::ZERO), Vec3::splat(rho));
         let [warning] = &scene.warnings[..] else { panic!("{:?}", scene.warnings) };
         let said = format!("reflecting {rho} (--reflectance)");
-        assert!(warning.contains("1 face without a material") && warning.contains(&said), "{warning}");
+        assert!(warning.contains("1 bare face") && warning.contains(&said), "{warning}");
     }
 }

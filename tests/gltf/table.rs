@@ -196,7 +196,7 @@ fn materials() -> Vec<Case> {
         (
             "a white base colour",
             vec![("/meshes/0/primitives/0/material", Value::Null)],
-            Said(&["1 face without a material", "reflecting 0.8"]),
+            Said(&["1 bare face", "reflecting 0.8"]),
         ),
         (
             "`alphaMode`",

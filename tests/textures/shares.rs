@@ -134,6 +134,31 @@ fn panes_in_one_place_are_one_behind_the_other() {
     assert!(found.pixels.iter().all(|pixel| (pixel.x - 0.375).abs() < 1e-6), "{:?}", found.pixels[0]);
 }
 
+/// A leaf of two faces back to back, or a fence before its like: holes lie behind holes, so that as much is seen through
+/// both as through one.
+#[test]
+fn holes_behind_holes_are_holes() {
+    let p = DVec3::new;
+    let codes: Vec<u8> = (0..64 * 64).map(|k| if (k % 64 + k / 64) % 2 == 0 { 0 } else { 255 }).collect();
+    let holes = Mask {
+        texture: Some(Texture { filter: Filter::Nearest, ..shares(64, codes).texture.expect("one") }),
+        ..uniform()
+    };
+    let mut mesh = Mesh::default();
+    for z in [0.0, 1e-4] {
+        mesh.polygon(&[p(-1., -1., z), p(1., -1., z), p(1., 1., z), p(-1., 1., z)], 0);
+    }
+    let maps = Some(Arc::new(Maps { mask: Some(holes), ..Maps::default() }));
+    let mut scene = mesh.scene(vec![Material { maps, ..grey("pane", 0.0) }]);
+    place(&mut scene, DVec3::new(0.5, 0.0, 0.0), DVec3::new(0.0, 0.5, 0.0));
+    look(&mut scene);
+    let found = picture(&with_sky(scene));
+    let mean = found.pixels.iter().map(|pixel| f64::from(pixel.x)).sum::<f64>() / (SIZE * SIZE) as f64;
+    // At least four rays a pixel, each of which sees the sky or nothing.
+    let error = (0.25 / (4.0 * (SIZE * SIZE) as f64)).sqrt();
+    assert!((mean - 0.5).abs() < 4.0 * error, "{mean} {error}");
+}
+
 /// Share and reflectance of one image, which go together from texel to texel, in front of a wall: against paths.
 #[test]
 fn a_share_goes_with_the_reflectance_of_its_texels() {

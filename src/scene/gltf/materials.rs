@@ -78,7 +78,7 @@ pub(super) fn materials(
     }
     let rho = Rgb::splat(reflectance.unwrap_or(DEFAULT_RHO));
     check_rho(rho.as_dvec3().to_array(), NO_MATERIAL, || Place::item(images.data.file, "material", all.list.len()))?;
-    let defined = Defined { rho: Reflects::UndefinedWhite, mask: None };
+    let defined = Defined { rho: Reflects::Undefined, mask: None };
     all.push(Material::new(NO_MATERIAL, rho, Rgb::ZERO), None, defined);
     Ok(all)
 }
@@ -111,7 +111,7 @@ fn material(
         .map_err(|fault| fault.within(&format!("material `{name}`")).of(file))?;
     let is_white = [r, g, b] == [1.0; 3] && maps.reflectance.is_none();
     let rho = if is_white { Vec3::splat(DEFAULT_RHO) } else { Vec3::new(r, g, b) };
-    let reflects = if is_white { Reflects::UndefinedWhite } else { Reflects::Defined };
+    let reflects = if is_white { Reflects::Undefined } else { Reflects::Defined };
     let defined = Defined { rho: reflects, mask: maps.mask.clone() };
     let lost = read.emissive_texture.is_some() && maps.emission.is_none();
     let emission = if lost { Vec3::ZERO } else { emission };
@@ -157,10 +157,11 @@ pub(super) fn warn_of_white(soup: &mut Soup, is_white: &[bool], coloured: &[bool
     let place = (soup.file.as_str(), "material");
     white.report(About::Light, place, "white base colour", &consequence, &mut soup.warnings);
     let rho = soup.materials[plain].rho.x;
-    let consequence =
-        format!("glTF's default is white, which would reflect everything; reflecting {rho} (--reflectance)");
+    let consequence = format!(
+        "no material; glTF's default is white, which would reflect everything; reflecting {rho} (--reflectance)"
+    );
     let place = (soup.file.as_str(), "triangle");
-    bare.report(About::Light, place, "face without a material", &consequence, &mut soup.warnings);
+    bare.report(About::Light, place, "bare face", &consequence, &mut soup.warnings);
 }
 
 /// The base colour.

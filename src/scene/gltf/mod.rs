@@ -80,7 +80,7 @@ pub(crate) fn read(input: &SceneInput) -> Result<Soup, SceneError> {
     let mut ignored = Ignored::default();
     let read = materials(&root, &nodes, options.reflectance, &mut Images::new(&data), &mut ignored)?;
     let Materials { list: materials, sets, defined } = read;
-    let is_white: Vec<bool> = defined.iter().map(|defined| defined.rho == Reflects::UndefinedWhite).collect();
+    let is_white: Vec<bool> = defined.iter().map(|defined| defined.rho == Reflects::Undefined).collect();
     let cameras = cameras(file, &root, &nodes, &mut ignored).map_err(wrong)?;
     let lights = lights(file, &root, &nodes, &mut ignored).map_err(wrong)?;
     let mut soup = Soup {

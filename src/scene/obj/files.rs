@@ -4,8 +4,8 @@
 //!   first. `\` counts as `/` where no file has it in its name, and a path that leads nowhere is looked for by its last
 //!   part next to the OBJ, since exporters write the paths of their own machine. What is not found is warned of.
 //! * An image is looked for next to its MTL file, then next to the scene's files. One that is not there, or is neither
-//!   PNG, JPEG, WebP, BMP nor TGA, is warned of, and the material keeps its plain numbers, or [`DEFAULT_RHO`] where
-//!   `Kd` is 1 or 0; one that is broken is an error. `Kd` and `Ke` are factors on their textures; left out, or all 0,
+//!   PNG, JPEG, WebP, BMP nor TGA, is warned of, and the material keeps its plain numbers, but for a `Kd` that is but a
+//!   factor, nearly 1 or 0; one that is broken is an error. `Kd` and `Ke` are factors on their textures; left out, or all 0,
 //!   which would leave nothing of the texture, they count as 1. The opacity is a factor on `map_d`.
 //!
 //! Not handled: names that differ from the file's in upper and lower case.
@@ -126,16 +126,39 @@ struct Images<'a, 'f> {
     reader: Reader<'a>,
     /// The folder of the OBJ, with the slash.
     folder: &'f str,
-    known: HashMap<String, Option<Arc<Image>>>,
-    /// Lines whose image cannot be read, the names, and the first one's library and reason.
-    missing: Tally,
+    /// The image, or why there is none.
+    known: HashMap<String, Result<Arc<Image>, String>>,
+    /// What cannot be read of each kind.
+    missing: [MissingImages; 3],
+}
+
+/// Images of one kind of texture that cannot be read: their lines, their names, and the first one's library and reason.
+#[derive(Default)]
+struct MissingImages {
+    lines: Tally,
     names: Vec<String>,
     first: Option<(String, String)>,
-    /// What the images that cannot be read concern.
-    about: About,
-    /// Whether a grey stands for some of `map_Kd`.
-    is_replaced: bool,
 }
+
+/// A kind of texture.
+#[derive(Clone, Copy)]
+enum Kind {
+    Reflectance,
+    Emission,
+    Mask,
+}
+
+impl Kind {
+    /// Its statement, what counts without its image, and what that concerns.
+    const ALL: [(Kind, &'static str, &'static str, About); 3] = [
+        (Kind::Reflectance, "missing map_Kd", "Kd is reflected in its place, 0.8 of it where it is 1", About::Light),
+        (Kind::Emission, "missing map_Ke", "all of the surface emits what Ke says", About::Light),
+        (Kind::Mask, "missing map_d", "the surface is there without holes, as d says", About::Shape),
+    ];
+}
+
+/// Reflectance from which on a factor on a texture that is not there would reflect nearly everything.
+const NEARLY_ALL: f32 = 0.99;
 
 /// Puts textures onto the materials that `used` numbers; `file` names the OBJ. Adds to the warnings.
 ///
@@ -149,54 +172,61 @@ pub(super) fn attach_textures(
     reader: Reader,
     warnings: &mut Vec<Warning>,
 ) -> Result<(), SceneError> {
-    let (missing, known) = (Tally::default(), HashMap::new());
-    let mut images = Images {
-        reader,
-        folder: folder(file),
-        known,
-        missing,
-        names: Vec::new(),
-        first: None,
-        about: About::Light,
-        is_replaced: false,
-    };
+    let mut images = Images { reader, folder: folder(file), known: HashMap::new(), missing: Default::default() };
     for &index in used {
         let (entry, material) = (&libraries.entries[index], &mut materials[index]);
         let mut maps = Maps::default();
-        if let Some((line, image)) = images.open(&entry.map_kd, &material.name)? {
+        if let Some((line, image)) = images.open(Kind::Reflectance, &entry.map_kd, &material.name)? {
             material.rho = factor(entry.has_kd(), material.rho);
             maps.reflectance = Some(texture(line, image));
-        } else if entry.map_kd.is_some() && (material.rho == Rgb::ZERO || material.rho == Rgb::ONE) {
-            // A factor alone says nothing of what a surface reflects.
-            material.rho = Rgb::splat(DEFAULT_RHO);
-            images.is_replaced = true;
+        } else if entry.map_kd.is_some() {
+            material.rho = without_texture(material.rho);
         }
-        if let Some((line, image)) = images.open(&entry.map_ke, &material.name)? {
+        if let Some((line, image)) = images.open(Kind::Emission, &entry.map_ke, &material.name)? {
             material.emission = factor(entry.has_ke(), material.emission);
             maps.emission = Some(texture(line, image));
         }
         let mut mask = Mask { factor: entry.opacity, ..Mask::WHOLE };
-        if let Some((line, image)) = images.open(&entry.map_d, &material.name)? {
-            let own = if image.has_alpha() { Channel::Alpha } else { Channel::Luminance };
-            let shares = Image::shares(image.texels(), line.channel.unwrap_or(own));
-            mask.texture = Some(texture(line, Arc::new(shares)));
-        } else if entry.map_d.is_some() {
-            images.about = About::Shape;
+        if let Some((line, image)) = images.open(Kind::Mask, &entry.map_d, &material.name)? {
+            mask.texture = Some(texture(line, Arc::new(shares(line, &image))));
         }
         maps.mask = Some(mask);
         material.set_maps(maps);
     }
-    if let Some((file, why)) = &images.first {
-        let names = list(images.names.iter().map(String::as_str));
-        let mut consequence = format!("{names} ({why}): the plain numbers count");
-        if images.is_replaced {
-            let replaced =
-                format!("; {DEFAULT_RHO} is reflected in place of the texture where Kd, a factor, is 1 or 0");
-            consequence.push_str(&replaced);
-        }
-        images.missing.report(images.about, (file, "line"), "missing texture", &consequence, warnings);
+    for (kind, noun, consequence, about) in Kind::ALL {
+        images.missing[kind as usize].report(about, noun, consequence, warnings);
     }
     Ok(())
+}
+
+impl MissingImages {
+    fn report(&self, about: About, noun: &str, consequence: &str, warnings: &mut Vec<Warning>) {
+        let Some((file, why)) = &self.first else { return };
+        let names = list(self.names.iter().map(String::as_str));
+        let consequence = format!("{names} ({why}): {consequence}");
+        self.lines.report(about, (file, "line"), noun, &consequence, warnings);
+    }
+}
+
+/// What a material reflects whose texture is not there: its factor, or where that is none or would reflect nearly
+/// everything, [`DEFAULT_RHO`] of it.
+fn without_texture(factor: Rgb) -> Rgb {
+    match factor {
+        Rgb::ZERO => Rgb::splat(DEFAULT_RHO),
+        factor if factor.max_element() >= NEARLY_ALL => DEFAULT_RHO * factor,
+        factor => factor,
+    }
+}
+
+/// The shares that an image of a mask gives: those of the channel requested, else of its alpha if that says anything,
+/// else of its grey.
+fn shares(line: &MapLine, image: &Image) -> Image {
+    let alpha = || Image::shares(image.texels(), Channel::Alpha);
+    match line.channel {
+        Some(channel) => Image::shares(image.texels(), channel),
+        None if image.has_alpha() && alpha().least() < 1.0 => alpha(),
+        None => Image::shares(image.texels(), Channel::Luminance),
+    }
 }
 
 /// The folder that a file's name gives, with the slash.
@@ -218,6 +248,7 @@ impl Images<'_, '_> {
     /// The image of a line, where there is one that can be read.
     fn open<'l>(
         &mut self,
+        kind: Kind,
         line: &'l Option<MapLine>,
         material: &str,
     ) -> Result<Option<(&'l MapLine, Arc<Image>)>, SceneError> {
@@ -228,27 +259,32 @@ impl Images<'_, '_> {
             let found = self.decoded(library, line)?;
             self.known.insert(key.clone(), found);
         }
-        let image = self.known[&key].clone();
-        if image.is_none() {
-            self.missing.add_named(line.line, material);
+        match &self.known[&key] {
+            Ok(image) => Ok(Some((line, image.clone()))),
+            Err(why) => {
+                let missing = &mut self.missing[kind as usize];
+                missing.lines.add_named(line.line, material);
+                if !missing.names.contains(&line.name) {
+                    missing.names.push(line.name.clone());
+                }
+                missing.first.get_or_insert_with(|| (line.file.clone(), why.clone()));
+                Ok(None)
+            }
         }
-        Ok(image.map(|image| (line, image)))
     }
 
-    fn decoded(&mut self, library: &str, line: &MapLine) -> Result<Option<Arc<Image>>, SceneError> {
+    /// The image of a line, or why there is none.
+    fn decoded(&self, library: &str, line: &MapLine) -> Result<Result<Arc<Image>, String>, SceneError> {
         let decoded = self.bytes(library, &line.name).map_err(|error| error.to_string());
-        let why = match decoded.map(|bytes| Texels::decode(&line.name, &bytes)) {
-            Ok(Ok(texels)) => return Ok(Some(Arc::new(Image::new(texels)))),
+        match decoded.map(|bytes| Texels::decode(&line.name, &bytes)) {
+            Ok(Ok(texels)) => Ok(Ok(Arc::new(Image::new(texels)))),
             Ok(Err(TexelsError::Broken(message))) => {
                 let (place, name) = (Place::line(&line.file, line.line), shorten(&line.name));
-                return Err(SceneError::Image { place, name, message });
+                Err(SceneError::Image { place, name, message })
             }
-            Ok(Err(error @ TexelsError::Format(_))) => error.to_string(),
-            Err(why) => why,
-        };
-        self.names.push(line.name.clone());
-        self.first.get_or_insert_with(|| (line.file.clone(), why));
-        Ok(None)
+            Ok(Err(error)) => Ok(Err(error.to_string())),
+            Err(why) => Ok(Err(why)),
+        }
     }
 
     /// The file of that name, or of its last part, in the folder of the library, next to the scene, or next to the OBJ.

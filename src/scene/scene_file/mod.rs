@@ -40,9 +40,6 @@ pub(crate) struct Text<'a> {
 /// A value with its place in the text, if it is given.
 type Given<T> = Option<Spanned<T>>;
 
-/// Units that a scene lit by luminaires is long at most without a doubt that they are metres.
-const LARGEST: f64 = 200.0;
-
 /// All of a scene file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -300,18 +297,9 @@ impl SceneFile {
         ))
     }
 
-    /// Warns where luminaires take numbers for metres that are likely none; `unit` is what is known of them.
-    pub(super) fn unlikely_metres(&self, scene: &Scene, unit: Option<LengthUnit>) -> Option<String> {
-        let is_measured = |table: &Spanned<LightTable>| matches!(table.get_ref().kind, LightType::Ies);
-        let size = 2.0 * scene.frame.scale;
-        let is_unlikely = unit.is_none() && size > LARGEST && self.lights.iter().any(is_measured);
-        is_unlikely.then(|| {
-            format!(
-                "`{}` is {size:.0} units long, which its luminaires take for metres, so that little light arrives; give \
-                 the unit, like unit = \"mm\" in the scene file, or --unit mm",
-                scene.name
-            )
-        })
+    /// Whether it has luminaires by LM-63.
+    pub(super) fn is_photometric(&self) -> bool {
+        self.lights.iter().any(|table| matches!(table.get_ref().kind, LightType::Ies))
     }
 }
 
