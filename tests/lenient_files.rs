@@ -159,7 +159,7 @@ fn textures_that_are_missing_or_not_modelled_are_warned_of() {
     one_of_each(
         &warnings,
         &[
-            "1 missing texture of material `a` (first: m.mtl, line 3)",
+            "1 missing map_Kd of material `a` (first: m.mtl, line 3)",
             "1 texture of material `a` (first: m.mtl, line 4)",
         ],
     );

@@ -52,7 +52,7 @@ fn images_that_cannot_be_read_leave_the_plain_numbers() {
     let all = scene.warnings.join("\n");
     assert_eq!(scene.warnings.len(), 2, "{all}");
     assert!(
-        all.contains("2 missing textures of materials a, b (first: lib/m.mtl, line 3): lost.png, wall.dds"),
+        all.contains("2 missing map_Kds of materials a, b (first: lib/m.mtl, line 3): lost.png, wall.dds"),
         "{all}"
     );
     assert!(all.contains("1 texture of material `a` (first: lib/m.mtl, line 4)"), "{all}");
