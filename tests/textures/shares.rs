@@ -134,8 +134,8 @@ fn panes_in_one_place_are_one_behind_the_other() {
     assert!(found.pixels.iter().all(|pixel| (pixel.x - 0.375).abs() < 1e-6), "{:?}", found.pixels[0]);
 }
 
-/// A leaf of two faces back to back, or a fence before its like: holes lie behind holes, so that as much is seen through
-/// both as through one.
+/// A leaf of two faces back to back, or a fence before its like: holes lie behind holes, so that as much is seen
+/// through both as through one.
 #[test]
 fn holes_behind_holes_are_holes() {
     let p = DVec3::new;

@@ -5,8 +5,8 @@
 //!   part next to the OBJ, since exporters write the paths of their own machine. What is not found is warned of.
 //! * An image is looked for next to its MTL file, then next to the scene's files. One that is not there, or is neither
 //!   PNG, JPEG, WebP, BMP nor TGA, is warned of, and the material keeps its plain numbers, but for a `Kd` that is but a
-//!   factor, nearly 1 or 0; one that is broken is an error. `Kd` and `Ke` are factors on their textures; left out, or all 0,
-//!   which would leave nothing of the texture, they count as 1. The opacity is a factor on `map_d`.
+//!   factor, nearly 1 or 0; one that is broken is an error. `Kd` and `Ke` are factors on their textures; left out, or
+//!   all 0, which would leave nothing of the texture, they count as 1. The opacity is a factor on `map_d`.
 //!
 //! Not handled: names that differ from the file's in upper and lower case.
 
@@ -151,7 +151,12 @@ enum Kind {
 impl Kind {
     /// Its statement, what counts without its image, and what that concerns.
     const ALL: [(Kind, &'static str, &'static str, About); 3] = [
-        (Kind::Reflectance, "missing map_Kd", "Kd is reflected in its place, 0.8 of it where it is 1", About::Light),
+        (
+            Kind::Reflectance,
+            "missing map_Kd",
+            "Kd alone counts: 0.8 of it where it is 1, 0.8 where it is 0",
+            About::Light,
+        ),
         (Kind::Emission, "missing map_Ke", "all of the surface emits what Ke says", About::Light),
         (Kind::Mask, "missing map_d", "the surface is there without holes, as d says", About::Shape),
     ];

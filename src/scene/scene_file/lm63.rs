@@ -200,6 +200,8 @@ fn lines(text: &str) -> Vec<(usize, &str)> {
         let line = line.strip_suffix('\r').unwrap_or(line);
         all.extend(line.split('\r').map(|line| line.trim_matches(is_blank)));
     }
+    // What follows the last end of a line is no line.
+    all.pop_if(|last| last.is_empty());
     (1..).zip(all).collect()
 }
 
