@@ -1,10 +1,10 @@
 //! What is there of the faces of one plane.
 //!
 //! Faces whose boxes meet are tested for overlaps pair by pair; where that would take long, all faces of the plane are
-//! taken to overlap. Those that do are taken in order, whole ones that emit first and then as in the file, those of
-//! either way by themselves. What earlier ones cover of a face is cut out of it; under a masked one that is not the
-//! same once more a piece stays that is there where the mask is not. Where the front of a face of the other way lies on
-//! the back of one with two sides, a piece stays that has no back.
+//! taken to overlap. Those that do are taken in the order of the file, but for whole ones that emit, which come before
+//! whole ones that do not, those of either way by themselves. What earlier ones cover of a face is cut out of it; under
+//! a masked one that is not the same once more a piece stays that is there where the mask is not. Where the front of a
+//! face of the other way lies on the back of one with two sides, a piece stays that has no back.
 //!
 //! Not handled: masks by alpha of vertices given twice, of which the second stays for what the first leaves; masked
 //! fronts on backs. Rays see the back through the mask; where it emits, closed forms count all.
@@ -66,15 +66,23 @@ struct Remaining {
 /// Those of a plane's faces of which not all is there, in no order; `faces` are in the order of the file.
 pub(super) fn covered(scene: &Scene, plane: &Plane, faces: &[u32]) -> Vec<Covered> {
     let axes = plane.normal.any_orthonormal_pair();
-    let mut tiles = overlapping(scene, faces.iter().map(|&face| Tile::new(scene, face, axes)).collect());
+    let tiles = overlapping(scene, faces.iter().map(|&face| Tile::new(scene, face, axes)).collect());
     if tiles.is_empty() {
         return Vec::new();
     }
-    let shines = |tile: &Tile| scene.material(tile.face).emits() && !scene.is_masked(tile.face);
-    tiles.sort_by_key(|tile| !shines(tile));
     let (upright, turned): (Vec<Tile>, Vec<Tile>) = tiles.into_iter().partition(|tile| tile.is_upright);
-    let [upright, turned] = [upright, turned].map(|tiles| Layer::of(scene, tiles));
+    let [upright, turned] = [upright, turned].map(|tiles| Layer::of(scene, emitters_first(scene, tiles)));
     upright.covered(&turned).chain(turned.covered(&upright)).collect()
+}
+
+/// Puts whole faces that emit before all whole ones that do not. What is cut out of a face before those stays over
+/// them.
+fn emitters_first(scene: &Scene, mut tiles: Vec<Tile>) -> Vec<Tile> {
+    let is_whole = |tile: &Tile| !scene.is_masked(tile.face);
+    let emits = |tile: &Tile| scene.material(tile.face).emits();
+    let first = tiles.iter().position(|tile| is_whole(tile) && !emits(tile)).unwrap_or(tiles.len());
+    tiles[first..].sort_by_key(|tile| !(is_whole(tile) && emits(tile)));
+    tiles
 }
 
 /// Of the tiles of a plane those that overlap another one; all where the pairs are too many to test.
