@@ -83,6 +83,7 @@ impl From<GivenMaterial> for Material {
 
 /// Reads a file, or a built-in scene, on another thread, so that signals are heard.
 #[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "the options of `load`")]
 pub fn open_scene(
     py: Python,
     scene: &str,
