@@ -196,10 +196,9 @@ impl MaskedFace {
     /// Whether its mask beyond its edges has these coordinates and alpha at a point of its plane.
     fn holds_at(&self, point: Vec3, coordinates: Vec2, alpha: f32) -> bool {
         let [a, b, c] = self.corners.map(|corner| corner.as_dvec3());
-        let (u, v, p) = (b - a, c - a, point.as_dvec3() - a);
-        let normal = u.cross(v);
-        let weights = DVec2::new(p.cross(v).dot(normal), u.cross(p).dot(normal)) / normal.length_squared();
-        let off = p.dot(normal.normalize_or_zero()).abs();
+        let (u, v) = (b - a, c - a);
+        let weights = self.weights_at(point.as_dvec3());
+        let off = (point.as_dvec3() - a).dot(u.cross(v).normalize_or_zero()).abs();
         let [d, e, f] = self.coordinates.map(|at| at.as_dvec2());
         let apart = (d + weights.x * (e - d) + weights.y * (f - d)).distance(coordinates.as_dvec2());
         let own = f64::from(self.alpha(weights.x as f32, weights.y as f32));
@@ -270,8 +269,15 @@ impl MaskedFace {
         if !(t > 0.0 && t.is_finite()) {
             return None;
         }
-        let p = ray.origin.as_dvec3() + t * direction - a;
-        let weights = DVec2::new(p.cross(v).dot(normal), u.cross(p).dot(normal)) / normal.length_squared();
+        let weights = self.weights_at(ray.origin.as_dvec3() + t * direction);
         weights.is_finite().then_some(weights)
+    }
+
+    /// The weights of the second and third corner at the point of the face's plane below or above a point.
+    fn weights_at(&self, point: DVec3) -> DVec2 {
+        let [a, b, c] = self.corners.map(|corner| corner.as_dvec3());
+        let (u, v, p) = (b - a, c - a, point - a);
+        let normal = u.cross(v);
+        DVec2::new(p.cross(v).dot(normal), u.cross(p).dot(normal)) / normal.length_squared()
     }
 }

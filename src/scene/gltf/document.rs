@@ -13,19 +13,10 @@ use serde::Deserialize;
 use crate::scene::error::{SceneError, list, shorten};
 use crate::scene::gltf::extensions::is_needed;
 use crate::scene::gltf::schema::Root;
+use crate::scene::other_kinds::{OtherKind, other_kind};
 
 /// Bytes of a GLB's header: magic, version and length.
 const HEADER: usize = 12;
-
-/// What files are that are often found under the name of a glTF, by how they begin, and what to do.
-const OTHERS: [(&[u8], &str); 6] = [
-    (b"version https://git-lfs", "it is a Git LFS pointer in place of the file: `git lfs pull` brings the file"),
-    (b"<", "it is HTML or XML: what was saved is a page, not the model"),
-    (b"PK\x03\x04", "it is a ZIP archive: unpack it first"),
-    (b"\x1f\x8b", "it is packed by gzip: unpack it first"),
-    (b"\xff\xfe", "it is UTF-16: save it as UTF-8"),
-    (b"\xfe\xff", "it is UTF-16: save it as UTF-8"),
-];
 
 /// The JSON and the binary chunk of a GLB, or all as JSON where it does not begin as a GLB does.
 pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), String> {
@@ -96,10 +87,9 @@ fn text(json: &[u8]) -> Result<Cow<'_, str>, String> {
     let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
     let end = json.iter().rposition(|byte| *byte != 0).map_or(0, |last| last + 1);
     let json = &json[..end];
-    let start = json.trim_ascii_start();
-    match OTHERS.iter().find(|(beginning, _)| start.starts_with(beginning)) {
-        Some((_, what)) => Err((*what).to_owned()),
-        None if start.is_empty() => Err("it is empty".to_owned()),
+    match other_kind(json) {
+        Some(OtherKind { is, advice }) => Err(format!("it is {is}: {advice}")),
+        None if json.trim_ascii().is_empty() => Err("it is empty".to_owned()),
         None => Ok(String::from_utf8_lossy(json)),
     }
 }

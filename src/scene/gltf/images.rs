@@ -19,7 +19,7 @@ use crate::scene::gltf::buffers::Data;
 use crate::scene::gltf::fault::{Fault, item};
 use crate::scene::gltf::ignored::{Ignored, Kind};
 use crate::scene::gltf::schema::{Index, Sampler, Texture as Read, TextureInfo, TextureTransform};
-use crate::scene::textures::{Filter, Image, Texture, Wrap};
+use crate::scene::textures::{Filter, Image, ShareImages, Texture, Wrap};
 
 /// Texels that the images of a file may have together, whatever their sizes.
 const FREE_TEXELS: usize = 1 << 28;
@@ -29,6 +29,7 @@ const TEXELS_A_BYTE: usize = 2048;
 /// The images of a file.
 pub(super) struct Images<'a, 'r> {
     pub data: &'a Data<'a, 'r>,
+    pub share_images: ShareImages,
     /// By where their bytes are.
     known: HashMap<Source<'a>, Found>,
     /// Bytes of buffer views read so far.
@@ -58,7 +59,7 @@ enum Found {
 impl<'a, 'r> Images<'a, 'r> {
     /// No image yet.
     pub(super) fn new(data: &'a Data<'a, 'r>) -> Images<'a, 'r> {
-        Images { data, known: HashMap::new(), read: 0, bytes: 0, texels: 0 }
+        Images { data, share_images: ShareImages::default(), known: HashMap::new(), read: 0, bytes: 0, texels: 0 }
     }
 
     /// The texture that a material names and the set of coordinates that it goes by, if its image can be read; else the

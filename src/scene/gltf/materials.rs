@@ -14,7 +14,6 @@
 //! for a few texels.
 
 use std::collections::HashSet;
-use std::sync::Arc;
 
 use glam::Vec3;
 
@@ -28,7 +27,7 @@ use crate::scene::gltf::nodes::Placed;
 use crate::scene::gltf::schema::{Material as Read, Root, TextureInfo};
 use crate::scene::model::{DEFAULT_RHO, Material, NO_MATERIAL, Sides};
 use crate::scene::soup::{Defined, Reflects, Soup, check_emission, check_rho};
-use crate::scene::textures::{Channel, Image, Maps, Mask, Texture};
+use crate::scene::textures::{Channel, Maps, Mask, ShareImages, Texture};
 
 /// Alpha from which on a surface of `alphaMode` MASK is there, where the file does not say.
 const DEFAULT_CUTOFF: f32 = 0.5;
@@ -189,23 +188,23 @@ fn maps(read: &Read, base: Base, name: &str, images: &mut Images, ignored: &mut 
         glow = None;
     }
     let (reflectance, emission) = (reflectance.map(|(texture, _)| texture), glow.map(|(texture, _)| texture));
-    let mask = mask(read, base, reflectance.as_ref());
+    let mask = mask(read, base, reflectance.as_ref(), &mut images.share_images);
     Ok((Maps { reflectance, emission, mask, vertex_colours: false }, set))
 }
 
 /// The holes that alpha cuts.
-fn mask(read: &Read, base: Base, texture: Option<&Texture>) -> Option<Mask> {
+fn mask(read: &Read, base: Base, texture: Option<&Texture>, shares: &mut ShareImages) -> Option<Mask> {
     let cutoff = match read.alpha_mode.as_deref() {
         Some("MASK") => Some(read.alpha_cutoff.unwrap_or(DEFAULT_CUTOFF)),
         Some("BLEND") => None,
         _ => return None,
     };
     let [.., factor] = base.factor;
-    let shares = |texture: &Texture| {
-        let image = Arc::new(Image::shares(texture.image.texels(), Channel::Alpha));
+    let of_alpha = |texture: &Texture| {
+        let image = shares.of(&texture.image, Channel::Alpha);
         Texture { image, ..texture.clone() }
     };
-    let texture = texture.filter(|texture| texture.image.has_alpha()).map(shares);
+    let texture = texture.filter(|texture| texture.image.has_alpha()).map(of_alpha);
     Some(Mask { texture, factor, cutoff, over: Vec::new() })
 }
 

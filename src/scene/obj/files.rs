@@ -23,7 +23,7 @@ use crate::scene::obj::lines::Latin;
 use crate::scene::obj::mtl::{Libraries, MapLine};
 use crate::scene::other_kinds::{OtherKind, other_kind};
 use crate::scene::soup::Reader;
-use crate::scene::textures::{Channel, Filter, Image, Maps, Mask, Texture};
+use crate::scene::textures::{Channel, Filter, Image, Maps, Mask, ShareImages, Texture};
 
 /// The most words of an `mtllib` line that are tried as file names.
 const MOST_WORDS: usize = 32;
@@ -128,6 +128,7 @@ struct Images<'a, 'f> {
     folder: &'f str,
     /// The image, or why there is none.
     known: HashMap<String, Result<Arc<Image>, String>>,
+    share_images: ShareImages,
     /// What cannot be read of each kind.
     missing: [MissingImages; 3],
 }
@@ -177,7 +178,8 @@ pub(super) fn attach_textures(
     reader: Reader,
     warnings: &mut Vec<Warning>,
 ) -> Result<(), SceneError> {
-    let mut images = Images { reader, folder: folder(file), known: HashMap::new(), missing: Default::default() };
+    let (known, share_images) = (HashMap::new(), ShareImages::default());
+    let mut images = Images { reader, folder: folder(file), known, share_images, missing: Default::default() };
     for &index in used {
         let (entry, material) = (&libraries.entries[index], &mut materials[index]);
         let mut maps = Maps::default();
@@ -193,7 +195,7 @@ pub(super) fn attach_textures(
         }
         let mut mask = Mask { factor: entry.opacity, ..Mask::WHOLE };
         if let Some((line, image)) = images.open(Kind::Mask, &entry.map_d, &material.name)? {
-            mask.texture = Some(texture(line, Arc::new(shares(line, &image))));
+            mask.texture = Some(texture(line, images.shares(line, &image)));
         }
         maps.mask = Some(mask);
         material.set_maps(maps);
@@ -220,17 +222,6 @@ fn without_texture(factor: Rgb) -> Rgb {
         Rgb::ZERO => Rgb::splat(DEFAULT_RHO),
         factor if factor.max_element() >= NEARLY_ALL => DEFAULT_RHO * factor,
         factor => factor,
-    }
-}
-
-/// The shares that an image of a mask gives: those of the channel requested, else of its alpha if that says anything,
-/// else of its grey.
-fn shares(line: &MapLine, image: &Image) -> Image {
-    let alpha = || Image::shares(image.texels(), Channel::Alpha);
-    match line.channel {
-        Some(channel) => Image::shares(image.texels(), channel),
-        None if image.has_alpha() && alpha().least() < 1.0 => alpha(),
-        None => Image::shares(image.texels(), Channel::Luminance),
     }
 }
 
@@ -276,6 +267,15 @@ impl Images<'_, '_> {
                 Ok(None)
             }
         }
+    }
+
+    /// The shares that an image of a mask gives: those of the channel requested, else of its alpha if that says
+    /// anything, else of its grey.
+    fn shares(&mut self, line: &MapLine, image: &Arc<Image>) -> Arc<Image> {
+        let mut has_holes = || image.has_alpha() && self.share_images.of(image, Channel::Alpha).least() < 1.0;
+        let own = || if has_holes() { Channel::Alpha } else { Channel::Luminance };
+        let channel = line.channel.unwrap_or_else(own);
+        self.share_images.of(image, channel)
     }
 
     /// The image of a line, or why there is none.

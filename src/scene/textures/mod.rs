@@ -12,11 +12,13 @@
 //! Not handled: bump and normal maps, textures that are computed.
 
 pub(crate) mod mean;
+mod share_images;
 mod stored_image;
 mod texture;
 
 use glam::{DAffine2, DVec2};
 
+pub(crate) use share_images::ShareImages;
 pub use stored_image::{Channel, Coding, Image};
 pub use texture::{Filter, Texture, Wrap};
 

@@ -54,7 +54,7 @@ pub enum Coding {
 }
 
 /// Which number of a texel is a share.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Channel {
     /// Red, green or blue by number; of a grey image its grey.
     Colour(usize),
