@@ -184,11 +184,14 @@ fn flag_long_names(bytes: &mut [u8]) {
     }
 }
 
-/// What [`NAMES`] says: three texts for each layer, UTF-8.
+/// What [`NAMES`] says: three texts for each layer, UTF-8, in the order of the layers' channels, so that a file does not
+/// depend on the order in which its layers are given.
 fn described<P>(layers: &[NamedPicture<P>], names: &[String]) -> AttributeValue {
     let text = |text: &str| Text::from_slice_unchecked(text.as_bytes());
-    let three = |(layer, own): (&NamedPicture<P>, &String)| [layer.shows.word(), own, &layer.name].map(text);
-    AttributeValue::TextVector(layers.iter().zip(names).flat_map(three).collect())
+    let mut ordered: Vec<(&String, &NamedPicture<P>)> = names.iter().zip(layers).collect();
+    ordered.sort_by_key(|(own, _)| *own);
+    let three = |(own, layer): (&String, &NamedPicture<P>)| [layer.shows.word(), own, &layer.name].map(text);
+    AttributeValue::TextVector(ordered.into_iter().flat_map(three).collect())
 }
 
 /// By what stands before the channels of layers: what they show, and their names, as [`NAMES`] says.
@@ -381,6 +384,20 @@ mod tests {
         assert!(own.len() == 6 && files.iter().all(|file| file.is_file()), "{files:?}");
         assert_eq!(files[1..3], [path.with_file_name("a-lamp.a-b.png"), path.with_file_name("a-lamp.a-b-2.png")]);
         assert_eq!(files[3], path.with_file_name("a-lamp.désk.png"));
+    }
+
+    #[test]
+    fn a_file_does_not_depend_on_the_order_of_its_layers() {
+        let place = tempfile::tempdir().unwrap();
+        let pictures = flat(3);
+        let kinds = [("lamp.a", Shows::Light), ("bounce.0", Shows::Light), ("lamp.a", Shows::StandardError)];
+        let named = |k: usize| NamedPicture { name: kinds[k].0.into(), shows: kinds[k].1, picture: &pictures[k] };
+        let [first, second] = [[0, 1, 2], [2, 0, 1]].map(|order| {
+            let path = place.path().join(format!("{}.exr", order[0]));
+            write_layers(&path, &pictures[0], &order.map(named)).unwrap();
+            std::fs::read(path).unwrap()
+        });
+        assert!(first == second);
     }
 
     #[test]
