@@ -184,8 +184,8 @@ fn flag_long_names(bytes: &mut [u8]) {
     }
 }
 
-/// What [`NAMES`] says: three texts for each layer, UTF-8, in the order of the layers' channels, so that a file does not
-/// depend on the order in which its layers are given.
+/// What [`NAMES`] says: three texts for each layer, UTF-8, in the order of the layers' channels, so that a file does
+/// not depend on the order in which its layers are given.
 fn described<P>(layers: &[NamedPicture<P>], names: &[String]) -> AttributeValue {
     let text = |text: &str| Text::from_slice_unchecked(text.as_bytes());
     let mut ordered: Vec<(&String, &NamedPicture<P>)> = names.iter().zip(layers).collect();
