@@ -184,14 +184,13 @@ fn flag_long_names(bytes: &mut [u8]) {
     }
 }
 
-/// What [`NAMES`] says: three texts for each layer, UTF-8, in the order of the layers' channels, so that a file does
-/// not depend on the order in which its layers are given.
+/// What [`NAMES`] says: three texts for each layer, UTF-8, in the order of the layers' channels. So a file does not
+/// depend on the order in which its layers are given, but where names had to be numbered, as that goes by it.
 fn described<P>(layers: &[NamedPicture<P>], names: &[String]) -> AttributeValue {
     let text = |text: &str| Text::from_slice_unchecked(text.as_bytes());
-    let mut ordered: Vec<(&String, &NamedPicture<P>)> = names.iter().zip(layers).collect();
-    ordered.sort_by_key(|(own, _)| *own);
+    let by_channels: BTreeMap<&String, &NamedPicture<P>> = names.iter().zip(layers).collect();
     let three = |(own, layer): (&String, &NamedPicture<P>)| [layer.shows.word(), own, &layer.name].map(text);
-    AttributeValue::TextVector(ordered.into_iter().flat_map(three).collect())
+    AttributeValue::TextVector(by_channels.into_iter().flat_map(three).collect())
 }
 
 /// By what stands before the channels of layers: what they show, and their names, as [`NAMES`] says.
