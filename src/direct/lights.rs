@@ -1,24 +1,30 @@
-//! The luminaires and punctual lights of a scene under one choice of (alpha, tau), and the occluders between them and
-//! the patches.
-//!
-//! Few luminaires are evaluated one by one, by closed form or with a ratio estimator
-//! ([`crate::direct::luminaire_light`]); many through each patch's light cut ([`crate::direct::many::light_cut`]).
+//! The luminaires and punctual lights of a scene under one choice of (alpha, tau), and the light cuts of its patches.
 //!
 //! Not handled: emitters that are no luminaires, whose light hemisphere rays sample.
 
 use std::sync::Arc;
 
-use crate::direct::emitters::luminaire_texture::{FEW_LUMINAIRES, TOLERABLE};
+use halflight_team::Loop;
+
+use crate::direct::emitters::luminaire_texture::TOLERABLE;
 use crate::direct::emitters::luminaires::Luminaires;
 use crate::direct::emitters::occlusion::Occlusion;
-use crate::direct::emitters::shafts::{Shafts, casters};
-use crate::direct::many::light_cut::{CutInputs, LightCuts};
+use crate::direct::emitters::shafts::casters;
+use crate::direct::many::light_cut::{CutInputs, CutMemory, LightCut, MOST_DRAWN, reaching};
+use crate::direct::many::light_tree::LightTree;
+use crate::direct::many::place::Place;
+use crate::form_factors::shadow::Caster;
 use crate::light::{Rgb, Transport, nothing_passes};
 use crate::patches::Patches;
 use crate::scene::Emitters;
-use crate::surfaces::Geometry;
+use crate::surfaces::{Geometry, SurfacePoint};
 
-/// The luminaires and punctual lights of a scene in one mode, and the occluders between them and the patches.
+/// Faces × patches beyond which no patch tests what stands between.
+const MOST_TESTS: usize = 20_000_000;
+/// Faces beyond which a single point does not.
+const MOST_FACES: usize = 20_000;
+
+/// The luminaires and punctual lights of a scene in one mode, and how they light its patches.
 pub struct Lights {
     /// The scene, its rays and its surfaces.
     pub geometry: Arc<Geometry>,
@@ -36,15 +42,39 @@ pub struct Lights {
     pub(crate) occlusion: Occlusion,
     /// Occlusion of punctual lights.
     pub(crate) punctual: Occlusion,
-    /// Occluders between a patch and a luminaire.
-    pub(crate) shafts: Shafts,
-    /// The light cuts of the patches for each emitter that has luminaires, where luminaires are many.
-    pub(crate) cuts: Vec<LightCuts>,
+    /// The faces that may occlude and do; none where nothing is to be tested against them.
+    pub(crate) casters: Vec<Caster>,
+    /// The luminaires of each emitter.
+    pub(crate) trees: Vec<LightTree>,
+    /// Patch by patch, the cut through each tree; empty ones where a patch does not receive.
+    cuts: Vec<LightCut>,
+}
+
+/// The cuts through the light trees that a receiver reads: those of its patch, or its own.
+#[derive(Clone, Copy, Debug)]
+pub struct Cuts<'a>(pub(crate) &'a [LightCut]);
+
+/// The cuts of a receiver that lies on no patch.
+#[derive(Debug)]
+pub struct OwnCuts(Vec<LightCut>);
+
+impl OwnCuts {
+    /// To be read.
+    pub fn cuts(&self) -> Cuts<'_> {
+        Cuts(&self.0)
+    }
+}
+
+/// Whether shadows are found where they can be cut out of the luminaires, or by visibility rays alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Shadows {
+    CutOut,
+    ByRays,
 }
 
 impl Lights {
-    /// Determines the occluders between every patch that reflects and every luminaire; `exactness` is the relative
-    /// error that a node of many luminaires, or of a texture, may have.
+    /// Determines what of the luminaires every patch that reflects sees; `exactness` is the relative error that a node of
+    /// many luminaires, or of a texture, may have.
     pub fn new(
         geometry: &Arc<Geometry>,
         patches: &Arc<Patches>,
@@ -52,56 +82,98 @@ impl Lights {
         transports: Vec<Transport>,
         exactness: f64,
     ) -> Lights {
-        let mut lights = Lights { exactness, ..Lights::by_rays(geometry, patches, luminaires, transports) };
-        let Geometry { scene, rays, .. } = &**geometry;
-        let reflects = |&m: &u32| scene.materials[m as usize].rho != Rgb::ZERO;
-        let receives: Vec<bool> = patches.materials().iter().map(reflects).collect();
-        let occlusion = &lights.occlusion;
-        let tau: Vec<f32> = lights.transports.iter().map(|t| t.tau).collect();
-        let casters =
-            if *occlusion == Occlusion::Nothing { Vec::new() } else { casters(scene, rays, luminaires, &tau) };
-        if luminaires.list.len() > FEW_LUMINAIRES {
-            let mut emitters: Vec<usize> = luminaires.list.iter().map(|luminaire| luminaire.emitter).collect();
-            emitters.sort_unstable();
-            emitters.dedup();
-            let cuts = emitters.into_iter().map(|emitter| {
-                let inputs = CutInputs { rays, patches, luminaires, emitter, occlusion, casters: &casters, exactness };
-                LightCuts::new(&inputs, &receives)
-            });
-            lights.cuts = cuts.collect();
-            lights.shafts = Shafts::casting(casters);
-        } else if *occlusion != Occlusion::Nothing {
-            lights.shafts = Shafts::new(casters, patches, luminaires, &receives);
-        }
-        lights
+        let lights = Lights::without_cuts(geometry, patches, luminaires, transports, exactness);
+        lights.with_cuts(Shadows::CutOut)
     }
 
-    /// Lights without shafts and cuts: luminaires are evaluated one by one, and points are drawn wherever something can
-    /// occlude.
+    /// Lights that know of no occluder: points are drawn wherever something can occlude.
     pub fn by_rays(
         geometry: &Arc<Geometry>,
         patches: &Arc<Patches>,
         luminaires: &Arc<Luminaires>,
         transports: Vec<Transport>,
     ) -> Lights {
+        Lights::without_cuts(geometry, patches, luminaires, transports, TOLERABLE).with_cuts(Shadows::ByRays)
+    }
+
+    /// The same behind another model of occlusion.
+    pub fn occluded_by(self, occlusion: Occlusion) -> Lights {
+        Lights { punctual: occlusion.clone(), occlusion, ..self }.with_cuts(Shadows::ByRays)
+    }
+
+    fn without_cuts(
+        geometry: &Arc<Geometry>,
+        patches: &Arc<Patches>,
+        luminaires: &Arc<Luminaires>,
+        transports: Vec<Transport>,
+        exactness: f64,
+    ) -> Lights {
         let Geometry { scene, rays, .. } = &**geometry;
+        let occlusion = Occlusion::new(rays, &transports);
+        let tau: Vec<f32> = transports.iter().map(|t| t.tau).collect();
         Lights {
-            occlusion: Occlusion::new(rays, &transports),
             punctual: Occlusion::of_punctual(scene, rays, &transports, &luminaires.punctual),
+            casters: match occlusion {
+                Occlusion::Nothing => Vec::new(),
+                _ => casters(scene, rays, luminaires, &tau),
+            },
+            occlusion,
             geometry: Arc::clone(geometry),
             patches: Arc::clone(patches),
             luminaires: Arc::clone(luminaires),
             opaque: nothing_passes(transports.iter().map(|t| t.tau)),
+            trees: LightTree::of_emitters(luminaires, exactness),
             transports,
-            exactness: TOLERABLE,
-            shafts: Shafts::default(),
+            exactness,
             cuts: Vec::new(),
         }
     }
 
-    /// These lights behind another model of occlusion, without shafts and cuts.
-    pub fn occluded_by(self, occlusion: Occlusion) -> Lights {
-        Lights { punctual: occlusion.clone(), occlusion, shafts: Shafts::default(), cuts: Vec::new(), ..self }
+    /// What cuts are made from.
+    fn inputs(&self) -> CutInputs<'_> {
+        let Lights { geometry, luminaires, occlusion, casters, exactness, .. } = self;
+        let casters = if *occlusion == Occlusion::Nothing { &[] } else { &casters[..] };
+        CutInputs { rays: &geometry.rays, luminaires, occlusion, casters, exactness: *exactness }
+    }
+
+    /// These lights with the cuts of all patches that reflect.
+    fn with_cuts(self, shadows: Shadows) -> Lights {
+        let inputs = self.inputs();
+        let materials = &self.geometry.scene.materials;
+        let receives = |i: usize| materials[self.patches.materials()[i] as usize].rho != Rgb::ZERO;
+        let among: Vec<Vec<u32>> = self.trees.iter().map(|tree| reaching(&inputs, tree)).collect();
+        let count = self.patches.len();
+        let one = |memory: &mut CutMemory, i: usize| -> Vec<LightCut> {
+            if !receives(i) {
+                return self.trees.iter().map(|_| LightCut::default()).collect();
+            }
+            let place = Place::of_patch(&self.patches, i);
+            let each = self.trees.iter().zip(&among).map(|(tree, among)| {
+                let tested = shadows == Shadows::CutOut && among.len() * count <= MOST_TESTS;
+                LightCut::new(&inputs, tree, &place, tested.then_some(&among[..]), memory)
+            });
+            each.collect()
+        };
+        let all = Loop::weighed(count, |i| f64::from(u8::from(receives(i)))).map_init(CutMemory::default, one);
+        let cuts = all.into_iter().flatten().collect();
+        Lights { cuts, ..self }
+    }
+
+    /// The cuts of a patch.
+    pub fn cuts(&self, patch: u32) -> Cuts<'_> {
+        let count = self.trees.len();
+        Cuts(&self.cuts[patch as usize * count..(patch as usize + 1) * count])
+    }
+
+    /// The cuts of a point that lies on no patch, or is asked often.
+    pub fn cuts_at(&self, point: &SurfacePoint) -> OwnCuts {
+        let (inputs, place, mut memory) = (self.inputs(), Place::of_point(point), CutMemory::default());
+        let each = self.trees.iter().map(|tree| {
+            let among = reaching(&inputs, tree);
+            let tested = (among.len() <= MOST_FACES).then_some(&among[..]);
+            LightCut::new(&inputs, tree, &place, tested, &mut memory)
+        });
+        OwnCuts(each.collect())
     }
 
     /// The emitters whose light is kept apart.
@@ -109,20 +181,13 @@ impl Lights {
         &self.luminaires.emitters
     }
 
-    /// Visibility rays for each receiver and luminaire in a mean over few receivers: 4 for the ratio estimator, whose
-    /// bias falls with them. Light cuts have no ratio, and their own number of draws.
-    pub fn visibility_rays(&self) -> u32 {
-        let takes_ratios = self.cuts.is_empty() && self.occlusion != Occlusion::Nothing && !self.shafts.know_all();
-        if takes_ratios { 4 } else { 1 }
-    }
-
-    /// Points of the unit square that one receiver uses at most for `rays` visibility rays.
+    /// Points of the unit square that one receiver uses at most for `rays` visibility rays of each draw.
     pub fn points(&self, rays: u32) -> u32 {
-        if self.cuts.is_empty() { rays } else { rays * LightCuts::MOST_DRAWN }
+        rays * MOST_DRAWN
     }
 
-    /// Relative error that nodes of many luminaires may have; 0 where there are none.
+    /// Relative error that nodes of luminaires may have; 0 where there are none.
     pub fn stand_ins(&self) -> f64 {
-        if self.cuts.is_empty() { 0.0 } else { self.exactness }
+        if self.trees.is_empty() { 0.0 } else { self.exactness }
     }
 }

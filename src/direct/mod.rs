@@ -13,22 +13,21 @@
 //!
 //! Not handled: emitters of large solid angle (a furnace), whose light is in the rows of F.
 
+pub(crate) mod agreement;
 pub(crate) mod drawn_light;
 pub(crate) mod emitters;
 pub(crate) mod highlights;
 pub(crate) mod lights;
-pub(crate) mod luminaire_light;
 pub(crate) mod many;
 pub(crate) mod punctual_light;
 pub(crate) mod received;
 pub(crate) mod systematic;
 
+pub use drawn_light::Scratch;
 pub use emitters::luminaire::Luminaire;
 pub use emitters::luminaire_texture::TOLERABLE;
 pub use emitters::luminaires::Luminaires;
 pub use emitters::occlusion::Occlusion;
-pub use emitters::shafts::{Between, Shafts};
 pub(crate) use highlights::Highlights;
-pub use lights::Lights;
-pub use luminaire_light::{DirectSum, Scratch, SeenLuminaire};
+pub use lights::{Cuts, Lights, OwnCuts};
 pub use received::{Choice, LightSum, Received};

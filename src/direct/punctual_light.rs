@@ -17,7 +17,7 @@ use glam::{DVec3, Vec3};
 
 use crate::direct::emitters::occlusion::Occlusion;
 use crate::direct::lights::Lights;
-use crate::direct::luminaire_light::{Scratch, point_for};
+use crate::direct::drawn_light::{Scratch, point_for};
 use crate::direct::systematic::{Drawn, systematic};
 use crate::scene::{PunctualForm, PunctualLight};
 use crate::surfaces::SurfacePoint;

@@ -159,11 +159,6 @@ impl Pieces {
         self.now.count <= MOST_PIECES && self.now.all().iter().all(|p| p.corners.len() <= MOST_CORNERS)
     }
 
-    /// Corners of all pieces that a share of their light arrives from, and that share.
-    pub(crate) fn seen(&self) -> impl Iterator<Item = (&[DVec3], f64)> {
-        self.now.all().iter().map(|piece| (&piece.corners[..], piece.through))
-    }
-
     /// Form factor of all pieces from the point, whose unit normal is n.
     pub(crate) fn form(&self, n: DVec3) -> f64 {
         let form = |p: &Piece| p.through * signed_edges(n, &p.corners).abs();

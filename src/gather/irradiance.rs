@@ -20,7 +20,7 @@ use std::ops::Range;
 
 use glam::{DVec3, Vec2};
 
-use crate::direct::{Choice, LightSum, Lights};
+use crate::direct::{Choice, Cuts, LightSum};
 use crate::gather::records::final_gather::{FinalGather, HemisphereRays};
 use crate::gather::records::guiding::Guiding;
 use crate::rays::purpose::Purpose;
@@ -47,8 +47,6 @@ const FOR_EACH: u32 = 4;
 const NOISE: f64 = 0.5;
 /// Standard errors beyond which a change that more rays make is no chance.
 const CERTAIN: f64 = 2.0;
-/// Patches of luminaires seen from points in the air, which lie on none.
-const NO_PATCH: u32 = 0;
 
 /// What arrives at a point, over pi.
 #[derive(Clone, Debug)]
@@ -84,12 +82,20 @@ pub(crate) struct Asked {
 
 /// Estimates irradiance at points under some lights, of fields of light on patches.
 pub(crate) struct IrradianceSampler<'a> {
-    lights: &'a Lights,
+    view: &'a View<'a>,
     at_once: FinalGather<'a>,
     onward: FinalGather<'a>,
     /// Of the points on luminaires.
     sobol: Sobol,
     seed: u32,
+}
+
+/// The point that is asked for.
+struct AskedAt<'a> {
+    /// Its number.
+    k: u32,
+    point: &'a SurfacePoint,
+    cuts: Cuts<'a>,
 }
 
 /// The sums of one replica.
@@ -143,26 +149,27 @@ impl Sums {
         self.replicas.each_ref().map(value)
     }
 
-    fn means(&self, lights: &Lights) -> Means {
+    fn means(&self) -> Means {
         let [n, onward, visibility] = self.counts.map(f64::from);
         let at_once = self.each(|r| r.at_once.first().copied().unwrap_or_default() / n);
         let change = |from: usize| self.each(|r| onward_change(&r.onward, from) / onward);
         let corrected = change(1);
         let last = change(self.replicas[0].onward.len() - 1);
-        let direct = self.each(|r| lights.total(&r.direct) / visibility);
+        let direct = self.each(|r| r.direct.total() / visibility);
         let total: [DVec3; REPLICAS] = std::array::from_fn(|j| at_once[j] + corrected[j] + direct[j]);
-        // The bias of a ratio falls as the number of all points drawn.
-        let joined = lights.total(&self.direct()) / (visibility * REPLICAS as f64);
+        // Rays that all agree have no spread.
+        let doubt = self.direct().doubt();
+        let doubt = doubt * doubt;
         let noise = variance(&last);
         let varies = variance(&corrected);
         // Twice as many leave half of it: rays do not end because their spread happened to be small.
         let by_chance = (0.5 * self.before - varies).max(DVec3::ZERO);
         Means {
-            total: mean(&at_once) + mean(&corrected) + joined,
-            direct: joined,
-            variance: variance(&total) + by_chance,
+            total: mean(&total),
+            direct: mean(&direct),
+            variance: variance(&total) + by_chance + doubt,
             onward: varies,
-            variances: [&at_once, &corrected, &direct].map(|values| variance(values).element_sum()),
+            variances: [variance(&at_once), varies, variance(&direct) + doubt].map(DVec3::element_sum),
             change: (mean(&last) * mean(&last) - noise).max(DVec3::ZERO),
             change_noise: noise,
         }
@@ -205,25 +212,26 @@ impl Means {
 }
 
 impl<'a> IrradianceSampler<'a> {
-    /// The `lights` must know of no pair of a patch and a luminaire, as [`Lights::by_rays`] does. The first field of
-    /// either is the light of everything; those that go on record what they read before.
+    /// The first field of either is the light of everything; those that go on record what they read before.
     pub(crate) fn new(
-        (lights, view): (&'a Lights, &'a View),
+        view: &'a View,
         (at_once, onward): (&'a Fields, &'a Fields),
         seed: u32,
     ) -> IrradianceSampler<'a> {
         let [at_once, onward] = [at_once, onward].map(|fields| FinalGather::new(view, fields));
-        IrradianceSampler { lights, at_once, onward, sobol: Sobol::new(64, 2), seed }
+        IrradianceSampler { view, at_once, onward, sobol: Sobol::new(64, 2), seed }
     }
 
     /// Irradiance over pi at point number k, by no more rays than there may be.
     pub(crate) fn at(&self, k: u32, point: &SurfacePoint, asked: &Asked, memory: &mut Memory) -> Irradiance {
         let mut sums = self.nothing();
+        let cuts = self.view.lights.cuts_at(point);
+        let asked_at = AskedAt { k, point, cuts: cuts.cuts() };
         for (kind, first) in FIRST.into_iter().enumerate() {
-            self.extend(&mut sums, kind, first, (k, point), memory);
+            self.extend(&mut sums, kind, first, &asked_at, memory);
         }
         loop {
-            let means = sums.means(self.lights);
+            let means = sums.means();
             let allowed = (asked.tolerance * means.total.length().max(asked.dark)).powi(2);
             let squared = means.squared_error(asked);
             let is_coarse = means.is_coarse(allowed);
@@ -239,7 +247,7 @@ impl<'a> IrradianceSampler<'a> {
             if kind == ONWARD {
                 sums.before = means.onward;
             }
-            self.extend(&mut sums, kind, as_many, (k, point), memory);
+            self.extend(&mut sums, kind, as_many, &asked_at, memory);
         }
     }
 
@@ -251,15 +259,15 @@ impl<'a> IrradianceSampler<'a> {
     }
 
     /// So many more rays of a kind in every replica.
-    fn extend(&self, sums: &mut Sums, kind: usize, more: u32, (k, point): (u32, &SurfacePoint), memory: &mut Memory) {
+    fn extend(&self, sums: &mut Sums, kind: usize, more: u32, at: &AskedAt, memory: &mut Memory) {
         let indices = sums.counts[kind]..sums.counts[kind] + more;
         let before = memory.scratch.cast;
         for (j, replica) in sums.replicas.iter_mut().enumerate() {
-            let seed = hash(k, Purpose::Points(j).seed(self.seed));
+            let seed = hash(at.k, Purpose::Points(j).seed(self.seed));
             match kind {
-                AT_ONCE => read(&self.at_once, &mut replica.at_once, indices.clone(), (point, seed), memory),
-                ONWARD => read(&self.onward, &mut replica.onward, indices.clone(), (point, seed), memory),
-                _ => self.add(replica, indices.clone(), (point, seed), memory),
+                AT_ONCE => read(&self.at_once, &mut replica.at_once, indices.clone(), (at.point, seed), memory),
+                ONWARD => read(&self.onward, &mut replica.onward, indices.clone(), (at.point, seed), memory),
+                _ => self.add(replica, indices.clone(), (at, seed), memory),
             }
         }
         // Rays that read at once are not counted one by one.
@@ -270,8 +278,8 @@ impl<'a> IrradianceSampler<'a> {
 
     fn irradiance(&self, sums: &Sums, means: &Means, (squared_error, is_coarse): (DVec3, bool)) -> Irradiance {
         let count = |kind: usize| f64::from(sums.counts[kind]) * REPLICAS as f64;
-        let mut direct = vec![DVec3::ZERO; self.lights.emitters().count()];
-        self.lights.by_emitter(&sums.direct(), |emitter, light| direct[emitter] += light / count(VISIBILITY));
+        let mut direct = vec![DVec3::ZERO; self.view.lights.emitters().count()];
+        sums.direct().by_emitter(|emitter, light| direct[emitter] += light / count(VISIBILITY));
         let of = |f: usize| sums.replicas.iter().map(|r| r.at_once[f]).sum::<DVec3>() / count(AT_ONCE);
         let fields = (1..self.at_once.count()).map(of).collect();
         Irradiance { direct, fields, total: means.total, squared_error, is_coarse, rays: sums.cast.iter().sum() }
@@ -282,16 +290,18 @@ impl<'a> IrradianceSampler<'a> {
         &self,
         replica: &mut Replica,
         indices: Range<u32>,
-        (point, seed): (&SurfacePoint, u32),
+        (at, seed): (&AskedAt, u32),
         memory: &mut Memory,
     ) {
         let count = indices.end - indices.start;
         let weight = DVec3::splat(f64::from(count));
         let draw = |choice: Choice| {
-            let seed = hash(choice.luminaire, seed);
-            Vec2::from([0, 1].map(|d| self.sobol.point(indices.start + choice.k, d, seed)))
+            let seed = hash(choice.tree, seed);
+            let per_ray = choice.of / count;
+            Vec2::from([0, 1].map(|d| self.sobol.point(indices.start * per_ray + choice.k, d, seed)))
         };
-        self.lights.add(&mut replica.direct, (point, NO_PATCH, weight), |_| count, draw, &mut memory.scratch);
+        let lights = self.view.lights;
+        lights.add(&mut replica.direct, (at.point, at.cuts, weight), count, draw, &mut memory.scratch);
     }
 }
 

@@ -99,7 +99,7 @@ impl GatherSettings {
                         pixel,
                         seed,
                     },
-                    camera: CameraSampling { tabled: 64, visibility: view.lights.visibility_rays(), seed },
+                    camera: CameraSampling { tabled: 64, visibility: 1, seed },
                     error: Some(error),
                 }
             }

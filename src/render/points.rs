@@ -23,7 +23,6 @@ use glam::DVec3;
 use halflight_team::Loop;
 use rayon::prelude::*;
 
-use crate::direct::Lights;
 use crate::gather::irradiance::{Asked, Irradiance, IrradianceSampler};
 use crate::gather::records::final_gather::FinalGather;
 use crate::light::budget::{STAND_INS, TRUNCATION};
@@ -295,9 +294,8 @@ pub(crate) fn sense(first: &Discretization, task: &Task, sensors: &[Sensor]) -> 
         let (fields, seconds) = timed(|| SensorFields::new(&mode, &solution, task.apart));
         spent.seconds.solve += seconds;
         let lights = &mode.lights;
-        let by_rays = Lights::by_rays(&lights.geometry, &lights.patches, &lights.luminaires, lights.transports.clone());
         let view = View::new(lights, goal.size);
-        let sampler = |onward| IrradianceSampler::new((&by_rays, &view), (&fields.at_once, onward), goal.seed);
+        let sampler = |onward| IrradianceSampler::new(&view, (&fields.at_once, onward), goal.seed);
         let dark = f64::from(f32::EPSILON) * FinalGather::new(&view, &fields.at_once).brightest();
         let round = SensorRound {
             samplers: fields.onward.iter().map(sampler).collect(),

@@ -319,11 +319,11 @@ fn direct(
         for (point, patch) in own {
             let mut sum = LightSum::default();
             let draw = |choice: halflight::direct::Choice| {
-                let seed = hash(choice.luminaire, hash(t as u32, seed));
+                let seed = hash(choice.tree, hash(t as u32, seed));
                 Vec2::from([0, 1].map(|d| sobol.point(choice.k, d, seed)))
             };
-            lights.add(&mut sum, (point, *patch, DVec3::splat(share)), |_| RAYS, draw, scratch);
-            lights.by_emitter(&sum, |e, light| found[lamp_of[e]] += light);
+            lights.add(&mut sum, (point, lights.cuts(*patch), DVec3::splat(share)), RAYS, draw, scratch);
+            sum.by_emitter(|e, light| found[lamp_of[e]] += light);
         }
         found.into_iter().map(|light| light.as_vec3().max(Rgb::ZERO)).collect::<Vec<Rgb>>()
     };

@@ -15,7 +15,9 @@
 //!
 //! Worth: a room with a textured screen takes 0.4 to 0.6 of the time at 1 % (docs/theory.md, Textured luminaires).
 //!
-//! Not handled: occlusion ([`crate::direct::emitters::emission_parts`]); variation within a leaf.
+//! Where something stands between, points are drawn by descent of the same tree ([`EmissionTree::draw`]).
+//!
+//! Not handled: occlusion; variation within a leaf.
 
 use std::f64::consts::PI;
 
@@ -52,8 +54,6 @@ pub(crate) struct EmissionNode {
     bend: f32,
     /// Standard deviation of the emission from its mean, the largest channel's.
     spread: f32,
-    /// That from what is linear in the place.
-    pub rough: f32,
     /// The first of its quarters; 0 where there is none.
     pub quarters: u32,
 }
@@ -65,6 +65,16 @@ pub(crate) struct Placement {
     pub middle: DVec2,
     /// A power of a half; negative where the node is turned by half a turn.
     pub scale: f64,
+}
+
+/// A part of a triangle drawn for a receiver.
+pub(crate) struct EmittingPart {
+    /// Relative to the receiver, counter-clockwise seen from the emitting side.
+    pub corners: [DVec3; 3],
+    /// The probability with which it was drawn.
+    pub chance: f64,
+    /// What remains of the number that drew it, uniform.
+    pub rest: f64,
 }
 
 /// A receiver relative to the plane of a triangle. A point at p along the plane lies at height `lift + p . rise` above
@@ -168,7 +178,6 @@ impl EmissionTree {
             weights: moments.weights(part.scale).map(DVec3::as_vec3),
             bend: (0..3).map(bend).fold(0.0, f64::max) as f32,
             spread: moments.variance.max_element().sqrt() as f32,
-            rough: moments.rough(part.scale) as f32,
             quarters: if is_even { 0 } else { first as u32 },
         };
         moments
@@ -225,6 +234,52 @@ impl EmissionTree {
         let each = node.weights.iter().zip(self.corners);
         let sent = each.map(|(w, p)| w.as_dvec3() * receiver.kernel(middle + 0.5 * scale * p));
         area / PI * sent.sum::<DVec3>()
+    }
+
+    /// About what node k sends to a receiver, over what all nodes of one plane have in common; 0 only where it is black
+    /// or below the horizon.
+    fn sent(&self, k: usize, Placement { middle, scale }: Placement, receiver: &PlaneReceiver) -> f64 {
+        let radius = self.radius * scale.abs();
+        let beyond: Vec3 = self.nodes[k].weights.iter().sum();
+        let mean = 3.0 + f64::from(beyond.element_sum());
+        let highest = receiver.lift + middle.dot(receiver.rise) + radius;
+        let squared = middle.length_squared() + receiver.depth * receiver.depth + radius * radius;
+        mean.max(0.0) * scale * scale * highest.max(0.0) / (squared * squared)
+    }
+
+    /// About what all of it sends to a receiver with unit normal n.
+    pub(crate) fn sent_to(&self, x: DVec3, n: DVec3) -> f64 {
+        let sent = |(place, receiver): (Placement, PlaneReceiver)| {
+            self.area * receiver.depth * self.sent(0, place, &receiver)
+        };
+        self.seen_from(x, n, 0.0).map_or(0.0, sent)
+    }
+
+    /// The part without quarters that a number u of the unit interval draws for a receiver, by about what each sends;
+    /// none where nothing is sent.
+    pub(crate) fn draw(&self, x: DVec3, n: DVec3, mut u: f64) -> Option<EmittingPart> {
+        let (mut place, receiver) = self.seen_from(x, n, 0.0)?;
+        let (mut k, mut chance) = (0, 1.0);
+        while self.nodes[k].quarters > 0 {
+            let places = self.quarters(place);
+            let first = self.nodes[k].quarters as usize;
+            let sent: [f64; 4] = std::array::from_fn(|i| self.sent(first + i, places[i], &receiver));
+            let all: f64 = sent.iter().sum();
+            if all <= 0.0 {
+                return None;
+            }
+            let (mut i, mut at) = (0, u * all);
+            while i < 3 && at >= sent[i] {
+                at -= sent[i];
+                i += 1;
+            }
+            if sent[i] <= 0.0 {
+                return None;
+            }
+            (k, place, chance, u) = (first + i, places[i], chance * sent[i] / all, (at / sent[i]).clamp(0.0, 1.0));
+        }
+        let corners = self.corners.map(|p| self.frame * receiver.relative(place.middle + place.scale * p));
+        Some(EmittingPart { corners, chance, rest: u })
     }
 
     /// The places of a node's quarters.
@@ -315,16 +370,6 @@ impl EmissionMoments {
         let even = (self.mean - 1.0) / 3.0;
         let [u, v] = self.dipole.map(|d| 2.0 / scale * d);
         [even - u - v, even + u, even + v]
-    }
-
-    /// Standard deviation of the emission of a sub-triangle of this scale from the linear function with its dipole, the
-    /// largest channel's. That differs from m by `e_i = 6 w_i - 2 sum of w` at the corners, whose sum is 0: by
-    /// `sum of e_i² / 12` in the mean of squares.
-    pub(crate) fn rough(&self, scale: f64) -> f64 {
-        let weights = self.weights(scale);
-        let all: DVec3 = weights.iter().sum();
-        let explained: DVec3 = weights.iter().map(|w| (6.0 * *w - 2.0 * all).powf(2.0) / 12.0).sum();
-        (self.variance - explained).max_element().max(0.0).sqrt()
     }
 
     /// `bend` less that of the weights, which is `sum of w_i scale² q_i q_iᵀ / 4` and exact for uniform emission.

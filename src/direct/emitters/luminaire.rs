@@ -7,7 +7,7 @@
 use glam::{DVec3, Vec3};
 
 use crate::direct::emitters::emission_tree::EmissionMoments;
-use crate::direct::emitters::luminaire_texture::{SeenPart, UnevenEmission};
+use crate::direct::emitters::luminaire_texture::UnevenEmission;
 use crate::form_factors::lambert::Outline;
 use crate::form_factors::plane::sees_front;
 use crate::form_factors::point_to_polygon;
@@ -60,6 +60,8 @@ impl Around {
     }
 }
 
+/// Share of a textured luminaire's form factor that counts as all of it, up to rounding.
+const WHOLE: f64 = 1.0 - 1e-9;
 /// Cosine to which the normals of a flat luminaire agree.
 const FLAT: f64 = 1.0 - 1e-6;
 
@@ -130,13 +132,29 @@ impl Luminaire {
         }
     }
 
-    /// The light of the pieces of it visible from a point with unit normal over its radiance, channel by channel; their
-    /// form factor is `form`.
-    pub(crate) fn light_of(&self, x: Vec3, n: Vec3, seen: &mut SeenPart, form: f64, exactness: f64) -> DVec3 {
-        match &self.uneven {
-            Some(own) if form > 0.0 => own.light_of(x.as_dvec3(), n.as_dvec3(), seen, form, exactness),
-            _ => DVec3::splat(form),
+    /// The light that a point with unit normal gets from the part of it visible behind `casters` over its radiance,
+    /// channel by channel; `None` where that part is too ragged, or a part of a texture.
+    pub(crate) fn visible_light(
+        &self,
+        x: Vec3,
+        n: Vec3,
+        casters: impl ExactSizeIterator<Item = Caster>,
+        exactness: f64,
+        memory: &mut Pieces,
+    ) -> Option<DVec3> {
+        let whole = self.exact_form(x, n);
+        if casters.len() == 0 || whole == 0.0 {
+            return Some(self.light(x, n, whole, exactness));
         }
+        let form = self.visible_form(x, n, casters, memory)?;
+        // The mean emission of a part of a texture differs from that of the whole.
+        let is_part = self.is_textured() && form > 0.0 && form < WHOLE * whole;
+        (!is_part).then(|| self.light(x, n, form, exactness))
+    }
+
+    /// Whether its radius exceeds a share of the distance of its middle from a point.
+    pub(crate) fn is_near(&self, x: Vec3, share: f32) -> bool {
+        self.around.radius > share * self.around.middle.distance(x)
     }
 
     /// Whether its emission is not uniform.

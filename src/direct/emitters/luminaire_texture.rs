@@ -1,8 +1,7 @@
 //! Luminaires with a texture: the emission of their points over the mean of its material's faces.
 //!
-//! All of a luminaire ([`crate::direct::emitters::emission_tree`]) and its visible part
-//! ([`crate::direct::emitters::emission_parts`]) have closed forms. Where that is too complex points are drawn, with
-//! `E(y)` over the mean in the ratio and resampling estimators. The tree of many luminaires takes the moments of their
+//! All of a luminaire has a closed form ([`crate::direct::emitters::emission_tree`]); where a part of it is hidden points
+//! are drawn by what they send ([`crate::direct::emitters::toward`]). The tree of luminaires takes the moments of their
 //! emission ([`crate::direct::many::moments`]).
 //!
 //! Not handled: texels that are smaller than the leaves.
@@ -13,10 +12,9 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
-use crate::direct::emitters::emission_parts::Polygons;
-use crate::direct::emitters::emission_tree::{EmissionMoments, EmissionTree};
-use crate::form_factors::shadow::Pieces;
+use crate::direct::emitters::emission_tree::{EmissionMoments, EmissionTree, EmittingPart};
 use crate::light::Rgb;
+use crate::light::shares::Shares;
 use crate::scene::Scene;
 use crate::scene::textures::Texture;
 
@@ -30,10 +28,9 @@ pub(crate) struct EmissionTexture {
     faces: HashMap<u32, ([DVec3; 3], [DVec2; 3])>,
 }
 
-/// Luminaires that each receiver evaluates one by one, at most.
-pub(crate) const FEW_LUMINAIRES: usize = 16;
-/// Least and most leaves of the trees of one luminaire, about. Many luminaires have together as many as few, which
-/// bounds the memory.
+/// Luminaires that have [`LEAVES`] each; more have together as many as these, which bounds the memory.
+const FEW_LUMINAIRES: usize = 16;
+/// Least and most leaves of the trees of one luminaire, about.
 const LEAVES: [f64; 2] = [4096.0, 65_536.0];
 /// Leaves per texel within those bounds.
 const ON_TEXEL: f64 = 4.0;
@@ -50,13 +47,6 @@ pub(crate) struct UnevenEmission {
     texture: Arc<EmissionTexture>,
     /// Of each triangle.
     trees: Vec<EmissionTree>,
-}
-
-/// The visible part of a luminaire: polygons relative to the receiver, and memory for them on the luminaire's plane.
-#[derive(Default)]
-pub(crate) struct SeenPart {
-    pub pieces: Pieces,
-    pub polygons: Polygons,
 }
 
 /// Whether the emission of a material has a texture.
@@ -94,13 +84,16 @@ impl UnevenEmission {
         self.trees.iter().map(|tree| tree.beyond(x, n, tolerable)).sum::<DVec3>() + form
     }
 
-    /// The light of the pieces visible from the point, whose form factor is `form`, over that of the mean radiance of
-    /// all of it.
-    pub(crate) fn light_of(&self, x: DVec3, n: DVec3, seen: &mut SeenPart, form: f64, share: f64) -> DVec3 {
-        let tolerable = share * self.scale(x, form);
-        let SeenPart { pieces, polygons } = seen;
-        let beyond = |tree: &EmissionTree| tree.beyond_within(x, n, tolerable, pieces.seen(), polygons);
-        self.trees.iter().map(beyond).sum::<DVec3>() + form
+    /// The triangle, and the part of it, that a number u of the unit interval draws for a receiver with unit normal n, by
+    /// about what each part sends; none where nothing is sent.
+    pub(crate) fn draw(&self, x: DVec3, n: DVec3, u: f64) -> Option<(usize, EmittingPart)> {
+        let sent = Shares::of(self.trees.iter().map(|tree| tree.sent_to(x, n)));
+        if sent.total() <= 0.0 {
+            return None;
+        }
+        let drawn = sent.draw(u);
+        let part = self.trees[drawn.index].draw(x, n, f64::from(drawn.again()))?;
+        Some((drawn.index, EmittingPart { chance: part.chance * drawn.weight / sent.total(), ..part }))
     }
 
     /// The form factor that errors of nodes are relative to.

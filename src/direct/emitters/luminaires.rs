@@ -13,11 +13,10 @@
 //! F is the mean of the closed form over points of the reflecting surfaces that have the emitter above their horizon. A
 //! wide window far away is small by that measure; a sky around everything, or a furnace, is large.
 //!
-//! Where luminaires are many, or one has many faces, all are divided into connected components (which share a corner,
-//! or are near compared with their size), halved until few faces remain, as exporters often write all luminaires as one
-//! object. Few luminaires stay as they are: one ray to any of them costs less than one to each. A face of a convex
-//! luminaire cannot hide another from where that one's front is visible, so that a ball of a thousand faces does not
-//! count as a thousand occluders of itself.
+//! Luminaires are divided into connected components, which share a corner, as exporters often write all luminaires as one
+//! object, and those that are not convex halved until few faces remain. A face of a convex luminaire cannot hide another
+//! from where that one's front is visible, so that a ball of a thousand faces does not count as a thousand occluders of
+//! itself.
 //!
 //! Not handled: occlusion, so that a sky behind a window counts as large. Luminaires of too many faces to test
 //! convexity cast shadows on themselves, which costs time and no accuracy.
@@ -30,7 +29,7 @@ use rayon::iter::{IntoParallelRefMutIterator, ParallelIterator};
 
 use crate::direct::Luminaire;
 use crate::direct::emitters::halving::{Placed, halve};
-use crate::direct::emitters::luminaire_texture::{EmissionTexture, FEW_LUMINAIRES, UnevenEmission, is_textured};
+use crate::direct::emitters::luminaire_texture::{EmissionTexture, UnevenEmission, is_textured};
 use crate::form_factors::lambert::Outline;
 use crate::form_factors::point_to_polygon;
 use crate::light::Rgb;
@@ -38,7 +37,7 @@ use crate::light::shares::Shares;
 use crate::rays::Side;
 use crate::rays::sobol::{Sobol, hash};
 use crate::rays::warp::triangle_point;
-use crate::scene::{Bounds, Emitters, PunctualLight, Scene, Sides};
+use crate::scene::{Emitters, PunctualLight, Scene, Sides};
 use crate::surfaces::coplanar::connected;
 
 /// Cost of one triangle of a closed form over that of a ray, about (on one core 20 ns, and 300 ns in a small room). A
@@ -119,44 +118,23 @@ fn mean_form(points: &[(DVec3, DVec3)], faces: &[Turned]) -> f64 {
 
 /// Faces of a piece at most.
 const PIECE: usize = 16;
-/// Gap between the boxes of two parts, in diagonals of the smaller, below which they are one luminaire.
-const NEAR: f64 = 0.5;
 
-/// Groups of faces, divided into pieces where they make up many luminaires, or one has many faces.
-pub(crate) fn divided(scene: &Scene, groups: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
-    let many = |faces: &Vec<u32>| faces.len() > Outline::MOST_FACES;
-    if !groups.iter().any(many) && groups.iter().map(|group| lie_apart(scene, group)).sum::<usize>() <= FEW_LUMINAIRES {
-        return groups;
-    }
+/// The luminaires that connected faces make up: convex ones whole, others in pieces of few faces.
+fn divided(scene: &Scene, parts: Vec<ConnectedFaces>) -> Vec<Vec<u32>> {
     let mut pieces = Vec::new();
-    for group in groups.iter().flat_map(|g| connected(scene, g, |_| ())) {
+    for ConnectedFaces { faces, is_convex } in parts {
+        if is_convex && faces.len() <= Outline::MOST_FACES {
+            pieces.push(faces);
+            continue;
+        }
         let place = |face: u32| {
             let [a, b, c] = scene.corners(face).map(|p| p.as_dvec3());
             let direction = (b - a).cross(c - a).normalize_or_zero();
             Placed { place: (a + b + c) / 3.0, direction, number: face }
         };
-        divide(&mut group.into_iter().map(place).collect::<Vec<_>>(), &mut pieces);
+        divide(&mut faces.into_iter().map(place).collect::<Vec<_>>(), &mut pieces);
     }
     pieces
-}
-
-/// Whether two boxes count as one luminaire.
-fn are_near(a: &Bounds<DVec3>, b: &Bounds<DVec3>) -> bool {
-    let gap = (a.low - b.high).max(b.low - a.high).max(DVec3::ZERO).length();
-    gap <= NEAR * a.size().length().min(b.size().length())
-}
-
-/// Number of luminaires that lie apart in a group of few faces: connected faces, with others that are near.
-fn lie_apart(scene: &Scene, group: &[u32]) -> usize {
-    let mut apart: Vec<Vec<Bounds<DVec3>>> = Vec::new();
-    for faces in connected(scene, group, |_| ()) {
-        let own = Bounds::of(faces.iter().flat_map(|&face| scene.corners(face)).map(|p| p.as_dvec3()));
-        let is_near = |boxes: &Vec<Bounds<DVec3>>| boxes.iter().any(|other| are_near(other, &own));
-        let (near, far): (Vec<_>, Vec<_>) = apart.into_iter().partition(is_near);
-        apart = far;
-        apart.push(near.into_iter().flatten().chain([own]).collect());
-    }
-    apart.len()
 }
 
 /// Halves faces down to pieces of few.
@@ -176,18 +154,31 @@ const MOST_TESTS: usize = 200_000_000;
 /// Heights below this lie in the plane: a few roundings of unit coordinates.
 const FLAT: f64 = 1e-6;
 
-/// For each face of the scene the number of the convex luminaire it belongs to, if to one; empty without such.
-pub(crate) fn convex_luminaires(scene: &Scene, groups: &[Vec<u32>]) -> Vec<Option<u32>> {
-    let (mut parts, mut count) = (Vec::new(), 0);
-    for faces in groups.iter().flat_map(|g| connected(scene, g, |_| ())) {
-        // Faces in one plane do not hide each other anyway.
-        if faces.len() > 2 && is_convex(scene, &faces) {
-            parts.resize(scene.faces.len(), None);
-            faces.iter().for_each(|&f| parts[f as usize] = Some(count));
-            count += 1;
-        }
+/// Emitting faces that share corners.
+struct ConnectedFaces {
+    faces: Vec<u32>,
+    /// They hide no part of each other.
+    is_convex: bool,
+}
+
+impl ConnectedFaces {
+    /// Those that groups of faces are made of.
+    fn of_groups(scene: &Scene, groups: &[Vec<u32>]) -> Vec<ConnectedFaces> {
+        let parts = groups.iter().flat_map(|group| connected(scene, group, |_| ()));
+        parts.map(|faces| ConnectedFaces { is_convex: is_convex(scene, &faces), faces }).collect()
     }
-    parts
+}
+
+/// For each face of the scene the number of the convex luminaire it belongs to, if to one; empty without such.
+fn convex_luminaires(scene: &Scene, parts: &[ConnectedFaces]) -> Vec<Option<u32>> {
+    // Faces in one plane do not hide each other anyway.
+    let convex = parts.iter().filter(|part| part.is_convex && part.faces.len() > 2);
+    let mut numbers = Vec::new();
+    for (number, part) in (0..).zip(convex) {
+        numbers.resize(scene.faces.len(), None);
+        part.faces.iter().for_each(|&face| numbers[face as usize] = Some(number));
+    }
+    numbers
 }
 
 /// Whether no corner rises above the plane of any face.
@@ -261,9 +252,9 @@ impl Luminaires {
 
     /// Adds the luminaires of the carried materials, even ones.
     fn with_even(mut self, scene: &Scene) -> Luminaires {
-        let groups = self.groups(scene);
-        self.convex_luminaires = convex_luminaires(scene, &groups);
-        for faces in divided(scene, groups) {
+        let parts = ConnectedFaces::of_groups(scene, &self.groups(scene));
+        self.convex_luminaires = convex_luminaires(scene, &parts);
+        for faces in divided(scene, parts) {
             let convex = self.convex_luminaire(faces[0]);
             let whole = faces.iter().all(|&f| self.convex_luminaire(f) == convex);
             let radiance = self.radiances[scene.faces[faces[0] as usize].material as usize];
@@ -367,20 +358,16 @@ mod tests {
 
     #[test]
     fn luminaires_that_lie_apart_are_no_pieces_of_one() {
-        let pieces = |pitch: f64| divided(&panels(300, pitch), vec![(0..600).collect()]);
-        assert_eq!(pieces(0.02).len(), 300);
-        let touching = pieces(0.01);
+        let pieces = |count: u32, pitch: f64| {
+            let scene = panels(count, pitch);
+            let parts = ConnectedFaces::of_groups(&scene, &[(0..2 * count).collect()]);
+            divided(&scene, parts)
+        };
+        assert_eq!((pieces(3, 0.02).len(), pieces(300, 0.02).len()), (3, 300));
+        // In one plane, too many for one closed form.
+        let touching = pieces(300, 0.01);
         assert!(touching.len() < 100 && touching.iter().all(|p| p.len() <= PIECE));
         assert_eq!(touching.iter().map(Vec::len).sum::<usize>(), 600);
-    }
-
-    #[test]
-    fn few_faces_are_as_many_luminaires_as_lie_apart_where_those_are_many() {
-        let pieces = |count: u32, pitch: f64| divided(&panels(count, pitch), vec![(0..2 * count).collect()]).len();
-        assert_eq!(pieces(100, 0.03), 100);
-        assert_eq!(pieces(FEW_LUMINAIRES as u32, 0.03), 1);
-        // Gaps of a quarter of a panel leave them one.
-        assert_eq!(pieces(100, 0.0125), 1);
     }
 
     #[test]
@@ -393,7 +380,7 @@ mod tests {
                 (0..scene.faces.len() as u32).filter(own).collect()
             })
             .collect();
-        let parts = convex_luminaires(&scene, &groups);
+        let parts = convex_luminaires(&scene, &ConnectedFaces::of_groups(&scene, &groups));
         for (faces, name) in groups.iter().zip(&scene.objects) {
             let convex = faces.iter().filter(|&&f| parts[f as usize].is_some()).count();
             let radius = |&f: &u32| scene.corners(f)[0].length();

@@ -1,17 +1,12 @@
-//! The occluders between a patch and a luminaire: none, a few faces, or too many to list.
+//! The occluders between a patch, or a point, and luminaires.
 //!
-//! Everything between a point of the patch and one of the luminaire lies in the convex hull of both. A face does not
+//! Everything between a point of the one and one of the other lies in the convex hull of both. A face does not
 //! reach into it if it lies on or behind the plane of either, if both lie on one side of its own plane, or if a plane
 //! separates it from the hull ([`apart`]): shaft culling (E. A. Haines, J. R. Wallace, 1991).
 //!
-//! Without occluders the closed form needs no ray; the shadows of few are cut out of the luminaire
-//! ([`crate::form_factors::shadow`]); else points are drawn.
-//!
-//! Not handled: hierarchies of faces: scenes with too many faces draw points everywhere. Bodies of many corners, which
-//! are replaced by boxes.
+//! Not handled: hierarchies of faces. Bodies of many corners, which are replaced by boxes.
 
 use glam::DVec3;
-use halflight_team::Loop;
 
 use crate::direct::Luminaires;
 use crate::direct::emitters::luminaire::Luminaire;
@@ -76,6 +71,11 @@ impl Body {
         Some(body)
     }
 
+    /// A point of a surface with unit normal n.
+    pub(crate) fn of_point(x: DVec3, n: DVec3) -> Body {
+        Body { corners: vec![x], plane: Some((n, n.dot(x))), convex_luminaire: None }
+    }
+
     /// Mean of the corners, a point of the body.
     pub(crate) fn middle(&self) -> DVec3 {
         self.corners.iter().sum::<DVec3>() / self.corners.len() as f64
@@ -113,97 +113,11 @@ impl Body {
     }
 }
 
-/// Tests of a face against a patch and a luminaire, for the whole scene.
-const MOST_TESTS: usize = 20_000_000;
 /// Occluding faces that are cut out; with more, points are drawn.
 const MOST_FACES: usize = 32;
 /// Pairs of an occluding face and a polygon of the luminaire that are cut: a pair takes some 40 ns, a visibility ray
 /// with its arithmetic about a microsecond.
 const MOST_CUTS: usize = 256;
-
-/// The occluders between a patch and a luminaire.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Between<'a> {
-    /// Nothing: every point of the patch sees all of the luminaire that is above its horizon.
-    Nothing,
-    /// These faces, as indices into the shafts' casters.
-    Faces(&'a [u32]),
-    /// Not listed.
-    Unknown,
-}
-
-/// The shafts between patches and luminaires.
-#[derive(Debug, Default)]
-pub struct Shafts {
-    casters: Vec<Caster>,
-    luminaires: usize,
-    /// Of patch i and luminaire l: `starts[k]..starts[k + 1]` of `faces`, k = i * luminaires + l.
-    starts: Vec<u32>,
-    faces: Vec<u32>,
-    /// Shafts whose occluders are not listed.
-    unknown: Vec<bool>,
-}
-
-impl Shafts {
-    /// Lists the casters between every patch that `receives` and every luminaire.
-    pub(crate) fn new(casters: Vec<Caster>, patches: &Patches, luminaires: &Luminaires, receives: &[bool]) -> Shafts {
-        let count = luminaires.list.len();
-        if casters.len() * count * patches.len() > MOST_TESTS {
-            return Shafts::default();
-        }
-        let bodies: Vec<(Body, usize)> = luminaires.list.iter().map(|l| (luminaire_body(l), most_faces(l))).collect();
-        let list = |i: usize| -> Vec<Option<Vec<u32>>> {
-            if !receives[i] {
-                return vec![Some(Vec::new()); count];
-            }
-            let patch = patch_body(patches, i);
-            let one = |(body, most): &(Body, usize)| between(patch.as_ref()?, body, *most, &casters);
-            bodies.iter().map(one).collect()
-        };
-        let of_patches = Loop::weighed(patches.len(), |i| f64::from(u8::from(receives[i]))).map(list);
-        let lists: Vec<Option<Vec<u32>>> = of_patches.into_iter().flatten().collect();
-        let mut shafts = Shafts {
-            luminaires: count,
-            starts: vec![0],
-            unknown: lists.iter().map(Option::is_none).collect(),
-            faces: Vec::new(),
-            casters,
-        };
-        for faces in lists {
-            shafts.faces.extend(faces.unwrap_or_default());
-            shafts.starts.push(shafts.faces.len() as u32);
-        }
-        shafts
-    }
-
-    /// Casters by number, without lists for pairs.
-    pub(crate) fn casting(casters: Vec<Caster>) -> Shafts {
-        Shafts { casters, ..Shafts::default() }
-    }
-
-    /// Whether the occluders of every patch and luminaire are listed.
-    pub fn know_all(&self) -> bool {
-        !self.unknown.is_empty() && self.unknown.iter().all(|u| !u)
-    }
-
-    /// The occluders between a patch and a luminaire.
-    #[inline]
-    pub fn between(&self, patch: u32, luminaire: usize) -> Between<'_> {
-        let k = patch as usize * self.luminaires + luminaire;
-        if self.unknown.get(k).copied().unwrap_or(true) {
-            return Between::Unknown;
-        }
-        match &self.faces[self.starts[k] as usize..self.starts[k + 1] as usize] {
-            [] => Between::Nothing,
-            faces => Between::Faces(faces),
-        }
-    }
-
-    /// The faces of [`Between::Faces`].
-    pub(crate) fn casters(&self, faces: &[u32]) -> impl Iterator<Item = Caster> {
-        faces.iter().map(|&k| self.casters[k as usize])
-    }
-}
 
 /// The faces that may occlude and do; `tau` by material.
 pub(crate) fn casters(scene: &Scene, rays: &Rays, luminaires: &Luminaires, tau: &[f32]) -> Vec<Caster> {
@@ -227,14 +141,6 @@ pub(crate) fn casters(scene: &Scene, rays: &Rays, luminaires: &Luminaires, tau: 
 /// Occluding faces that are cut out of a luminaire at most.
 pub(crate) fn most_faces(luminaire: &Luminaire) -> usize {
     (MOST_CUTS / luminaire.polygons.len().max(1)).min(MOST_FACES)
-}
-
-/// The casters between two bodies; `None` where they are more than `most`, or one has a mask.
-fn between(patch: &Body, luminaire: &Body, most: usize, casters: &[Caster]) -> Option<Vec<u32>> {
-    let shaft = Shaft::new(patch, luminaire);
-    let list: Vec<u32> = shaft.holds_of(casters, 0..casters.len() as u32).take(most + 1).collect();
-    let is_masked = |&k: &u32| casters[k as usize].masked;
-    (list.len() <= most && !list.iter().any(is_masked)).then_some(list)
 }
 
 /// The convex hull of two bodies.

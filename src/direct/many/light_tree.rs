@@ -15,8 +15,8 @@ use crate::direct::Luminaires;
 use crate::direct::emitters::halving::{Placed, halve};
 use crate::direct::emitters::luminaire::Luminaire;
 use crate::direct::emitters::shafts::{Body, luminaire_body};
+use crate::direct::emitters::toward::Toward;
 use crate::direct::many::moments::{Moments, Sums};
-use crate::form_factors::point_kernel;
 use crate::light::shares::Shares;
 use crate::rays::End;
 use crate::scene::Bounds;
@@ -54,6 +54,8 @@ pub(crate) struct Node {
 /// The tree; the last node is the root.
 #[derive(Clone, Debug)]
 pub(crate) struct LightTree {
+    /// The emitter whose luminaires these are.
+    pub emitter: usize,
     pub nodes: Vec<Node>,
     /// What bounds the light of each node.
     pub bounds: Vec<NodeBound>,
@@ -75,9 +77,16 @@ const FAR_OFF: f64 = 0.01;
 const MANY: f64 = 10.0;
 
 impl LightTree {
-    /// The tree over some luminaires by their numbers, of which there must be one; nodes may have the relative error
-    /// `exactness`.
-    pub(crate) fn new(luminaires: &Luminaires, numbers: &[u32], exactness: f64) -> LightTree {
+    /// The tree of each emitter that has luminaires; nodes may have the relative error `exactness`.
+    pub(crate) fn of_emitters(luminaires: &Luminaires, exactness: f64) -> Vec<LightTree> {
+        let mut emitters: Vec<usize> = luminaires.list.iter().map(|luminaire| luminaire.emitter).collect();
+        emitters.sort_unstable();
+        emitters.dedup();
+        emitters.into_iter().map(|emitter| LightTree::new(luminaires, emitter, exactness)).collect()
+    }
+
+    /// The tree over the luminaires of one emitter, of which there must be one.
+    fn new(luminaires: &Luminaires, emitter: usize, exactness: f64) -> LightTree {
         let list = &luminaires.list;
         let sums: Vec<Sums> = list.iter().map(Sums::of).collect();
         let place = |&number: &u32| {
@@ -85,10 +94,11 @@ impl LightTree {
             let weight = s.weight.max(f64::MIN_POSITIVE);
             Placed { place: s.first / weight, direction: s.normal.normalize_or_zero(), number }
         };
-        let mut things: Vec<Placed> = numbers.iter().map(place).collect();
+        let own = (0..list.len() as u32).filter(|&l| list[l as usize].emitter == emitter);
+        let mut things: Vec<Placed> = own.map(|l| place(&l)).collect();
         let small = FAR * (MANY * exactness / FAR_OFF).cbrt().min(1.0);
         let (nodes, bounds, order) = (Vec::new(), Vec::new(), Vec::new());
-        let mut tree = LightTree { nodes, bounds, order, powers: Shares::default(), small, exactness };
+        let mut tree = LightTree { emitter, nodes, bounds, order, powers: Shares::default(), small, exactness };
         tree.grow(&mut things, list, &sums);
         tree.bounds = tree.nodes.iter().map(NodeBound::new).collect();
         tree.powers = Shares::of(tree.order.iter().map(|&l| sums[l as usize].weight));
@@ -242,7 +252,7 @@ fn join(range: Range<usize>, children: [usize; 2], nodes: &[Node], sums: &Sums) 
     }
 }
 
-/// A point drawn on a node's luminaires, and its light over its density.
+/// A point drawn on a node's luminaires, and its light without occlusion over its density.
 pub(crate) struct Drawn {
     pub end: End,
     pub light: DVec3,
@@ -259,11 +269,9 @@ pub(crate) fn draw(
 ) -> Option<Drawn> {
     let (l, chance, u) = tree.draw(&tree.nodes[node].range, f64::from(at.x));
     let luminaire = &luminaires.list[l as usize];
-    let y = luminaire.point(u, at.y);
-    let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
-    let kernel = point_kernel(x, n, y.position.as_dvec3(), y.normal);
-    let light = luminaire.radiance.as_dvec3() * y.share * (luminaire.area * kernel / chance);
-    (kernel > 0.0).then_some(Drawn { end: y.end(), light })
+    let Toward { point: y, form } = luminaire.toward(receiver.position, receiver.normal, Vec2::new(u, at.y));
+    let light = luminaire.radiance.as_dvec3() * y.share * (form / chance);
+    (form > 0.0).then_some(Drawn { end: y.end(), light })
 }
 
 #[cfg(test)]
@@ -272,10 +280,6 @@ mod tests {
     use crate::direct::TOLERABLE;
     use crate::light::Rgb;
     use crate::scene::{Material, Scene};
-
-    fn all(luminaires: &Luminaires) -> Vec<u32> {
-        (0..luminaires.list.len() as u32).collect()
-    }
 
     /// Nine small red and blue squares that face down, over a floor.
     fn small_squares() -> Luminaires {
@@ -306,7 +310,7 @@ mod tests {
     #[test]
     fn moments_have_errors_of_third_order_in_every_channel() {
         let luminaires = small_squares();
-        let tree = LightTree::new(&luminaires, &all(&luminaires), TOLERABLE);
+        let tree = LightTree::new(&luminaires, 0, TOLERABLE);
         let root = &tree.nodes[tree.root()];
         let away = DVec3::new(0.3, -0.2, -1.0).normalize();
         let errors = |distance: f64| {
@@ -328,7 +332,7 @@ mod tests {
     #[test]
     fn luminaires_are_drawn_by_power() {
         let luminaires = small_squares();
-        let tree = LightTree::new(&luminaires, &all(&luminaires), TOLERABLE);
+        let tree = LightTree::new(&luminaires, 0, TOLERABLE);
         let whole = 0..tree.order.len();
         let power = |l: u32| {
             let own = &luminaires.list[l as usize];

@@ -3,3 +3,4 @@
 pub(crate) mod light_cut;
 pub(crate) mod light_tree;
 pub(crate) mod moments;
+pub(crate) mod place;

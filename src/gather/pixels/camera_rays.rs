@@ -4,15 +4,12 @@
 //! penumbra is sampled over pixel and emitter at once. Camera rays come in two halves with independent scramblings,
 //! whose difference estimates the standard error.
 //!
-//! A luminaire of which the first eight rays of each half saw all or nothing has one point a ray from then on, others
-//! four: in a bathroom with eleven luminaires half of all rays.
-//!
 //! Not handled: indirect light, which comes from the irradiance cache.
 
 use glam::{DVec2, DVec3, Vec2};
 
 use crate::direct::{Choice, Highlights, LightSum, Scratch as Memory};
-use crate::gather::pixels::pixel::{Pixel, bit};
+use crate::gather::pixels::pixel::Pixel;
 use crate::gather::pixels::pixel_cell::{cell_corners, cells_to_a_side};
 use crate::gather::pixels::pixel_layer::SurfaceKey;
 use crate::gather::pixels::pixel_texture::{Adjusted, PixelCells, PixelTexture, SeenPoint, surfaces};
@@ -32,7 +29,7 @@ const HIGHLIGHTS: u32 = 0x676c_6f73;
 pub(crate) struct CameraSampling {
     /// Camera rays of a half whose points are tabled.
     pub tabled: u32,
-    /// Visibility rays of each camera ray and luminaire.
+    /// Visibility rays of each camera ray for each point that its cuts draw.
     pub visibility: u32,
     /// Chooses the scrambling of the points.
     pub seed: u32,
@@ -43,7 +40,7 @@ pub(crate) struct CameraRays<'a> {
     pub view: &'a View<'a>,
     fields: &'a Fields,
     sobol: Sobol,
-    /// Visibility rays of each camera ray and luminaire.
+    /// Visibility rays of each camera ray for each point that its cuts draw.
     visibility: u32,
     seed: u32,
     /// No hemisphere ray finds any light.
@@ -92,7 +89,6 @@ impl<'a> CameraRays<'a> {
 
     /// Casts camera rays until each half has `count`.
     pub(crate) fn extend(&self, k: usize, pixel: &mut Pixel, count: u32, scratch: &mut PixelScratch) {
-        let mut partly_hidden = pixel.met.partly_hidden;
         for half in 0..2 {
             scratch.sum.clear();
             let mut seen = std::mem::take(&mut scratch.seen);
@@ -116,14 +112,13 @@ impl<'a> CameraRays<'a> {
                 pixel.met.emitting += u32::from(emitting > 0);
             }
             scratch.seen = seen;
-            self.view.lights.partly_hidden(&scratch.sum, |l| partly_hidden |= bit(l));
-            pixel.light.lit[half] += self.view.lights.total(&scratch.sum);
+            pixel.light.lit[half] += scratch.sum.total();
             if self.view.lights.emitters().are_apart() {
-                self.view.lights.by_emitter(&scratch.sum, |e, light| pixel.light.emitter(e)[half] += light);
+                scratch.sum.by_emitter(|e, light| pixel.light.emitter(e)[half] += light);
             }
         }
         pixel.met.rays += std::mem::take(&mut scratch.memory.cast) + 2 * u64::from(count - pixel.count);
-        (pixel.count, pixel.met.partly_hidden) = (count, partly_hidden);
+        pixel.count = count;
     }
 
     /// Gives the points that so many rays of pixel k see, away from edges, the mean reflectance over their cells.
@@ -174,7 +169,7 @@ impl<'a> CameraRays<'a> {
         let mut own = Pixel::default();
         scratch.sum.clear();
         self.shade(&seen, Adjusted::NOT, ray, &mut own, scratch);
-        (own.met.reflecting > 0).then(|| self.view.lights.total(&scratch.sum) + own.light.ambient[0])
+        (own.met.reflecting > 0).then(|| scratch.sum.total() + own.light.ambient[0])
     }
 
     /// What a camera ray sees.
@@ -242,14 +237,13 @@ impl<'a> CameraRays<'a> {
             return emits;
         }
         let rho = share * adjusted.rho(rho);
-        // The first luminaire has the camera ray's scrambling: joint points over pixel and emitter.
-        let point = |Choice { luminaire, k, of }: Choice| {
-            let own = if luminaire == 0 { ray.seed } else { hash(luminaire, ray.seed) };
+        // The first tree has the camera ray's scrambling: joint points over pixel and emitter.
+        let point = |Choice { tree, k, of }: Choice| {
+            let own = if tree == 0 { ray.seed } else { hash(tree, ray.seed) };
             Vec2::from([2, 3].map(|d| self.sobol.point(ray.index * of + k, d, own)))
         };
         let PixelScratch { memory, sum, .. } = scratch;
-        let asked = |l: usize| if pixel.asks(l) { self.visibility } else { 1 };
-        view.lights.add(sum, (&receiver, patch, rho), asked, point, memory);
+        view.lights.add(sum, (&receiver, view.lights.cuts(patch), rho), self.visibility, point, memory);
         if !self.dark {
             pixel.light.ambient[ray.half] += rho * self.fields.ambient(patch).as_dvec3();
             pixel.layer(key, receiver).add(ray.half, &receiver, rho);

@@ -44,8 +44,6 @@ pub(crate) struct Met {
     pub backs: u32,
     /// Rays cast, to luminaires and punctual lights as well.
     pub rays: u64,
-    /// Luminaires of which they saw a part, by [`bit`].
-    pub partly_hidden: u64,
     /// Distances from the camera of the nearest and of the farthest point met, infinite where one met nothing; none
     /// before the first.
     pub reach: Option<[f32; 2]>,
@@ -61,15 +59,6 @@ pub(crate) struct HalfSums {
 const LEVEL: f32 = 1e-3;
 /// Rays by which [`Pixel::weight`] judges whether a pixel sees a luminaire.
 const LUMINAIRE_RAYS: i32 = 16;
-
-/// Camera rays of a half that show whether a luminaire is partly hidden from what a pixel sees: of one that is seen by
-/// a share p, which their four points each tell, they miss that with the chance `p^64 + (1 - p)^64` in both halves.
-const SHOW: u32 = 8;
-
-/// The bit that stands for a luminaire, of few.
-pub(crate) fn bit(luminaire: usize) -> u64 {
-    1 << (luminaire % u64::BITS as usize)
-}
 
 impl Met {
     /// Extends the reach to a distance at which a ray met a point.
@@ -93,11 +82,6 @@ impl Pixel {
             self.layers.len() - 1
         });
         &mut self.layers[k]
-    }
-
-    /// Whether a luminaire is to be asked with all visibility rays, as a part of it is hidden or may be.
-    pub(crate) fn asks(&self, luminaire: usize) -> bool {
-        self.count < SHOW || self.met.partly_hidden & bit(luminaire) != 0
     }
 
     /// Camera rays of both halves.

@@ -258,7 +258,7 @@ impl Solved {
             if noise <= ROUGH_NOISE || camera == ROUGH_RAYS || goal.is_late() {
                 gathered.rays = rays;
                 gathered.error = gathered.error.over_signal_alone();
-                let camera_ray = 1.0 + f64::from(self.mode.lights.visibility_rays()) * gathered.luminaire_rays;
+                let camera_ray = 1.0 + gathered.luminaire_rays;
                 return Rough { gathered, camera, camera_ray };
             }
             camera *= 2;

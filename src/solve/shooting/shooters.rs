@@ -204,7 +204,7 @@ impl RayShooter {
         let Geometry { scene, rays, .. } = &**geometry;
         let materials = PatchMaterials::new(scene, patches, luminaires, transports);
         let sky: Vec<bool> = (0..patches.len()).map(|i| patches.is_sky(scene, i)).collect();
-        // Shafts and light cuts would cost more than the little that is received by closed form.
+        // Tests of what stands between would cost more than the little that is received by closed form.
         let by_rays = Lights::by_rays(geometry, patches, luminaires, transports.clone());
         let sampling = Sampling { rays: 0, emitter_rays: settings.emitter_rays, seed: settings.seed };
         let receives = materials.receives();
