@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec2};
 use halflight::Solver;
-use halflight::direct::{Between, DirectSum, Occlusion, Scratch, SeenLuminaire};
+use halflight::direct::{Choice, LightSum, Occlusion, Scratch};
 use halflight::form_factors::point_to_polygon;
 use halflight::rays::sobol::Sobol;
 use halflight::surfaces::SurfacePoint;
@@ -44,13 +44,10 @@ fn direct_irradiance_of_the_cornell_box() {
         assert!(!above || apart < 1e-5, "{}: {closed} {exact}", point["name"]);
         whole += usize::from(above);
         let estimate = |seed: u32| {
-            let sobol = Sobol::new(1024, 2);
-            let draw =
-                (0..1024usize).map(|k| Vec2::new(sobol.point(k as u32, 0, seed), sobol.point(k as u32, 1, seed)));
-            let mut sum = DirectSum::default();
-            let seen = SeenLuminaire { luminaire, between: Between::Unknown };
-            lights.gather_luminaire(seen, &receiver, DVec3::ONE, draw, &mut Scratch::default(), &mut sum);
-            (unit * sum.estimate()).x
+            let (cuts, mut sum, sobol) = (lights.cuts_at(&receiver), LightSum::default(), Sobol::new(8192, 2));
+            let draw = |choice: Choice| Vec2::new(sobol.point(choice.k, 0, seed), sobol.point(choice.k, 1, seed));
+            lights.add(&mut sum, (&receiver, cuts.cuts(), DVec3::ONE), 1024, draw, &mut Scratch::default());
+            (PI * sum.total()).x
         };
         let found: Vec<f64> = (0..8).map(estimate).collect();
         let (mean, error) = mean_and_error(&found);

@@ -8,6 +8,7 @@ mod builtin_scenes;
 mod closed_forms;
 mod colours;
 mod common;
+mod direct_light;
 mod form_factors;
 mod frontier;
 mod furnace;

@@ -63,6 +63,11 @@ impl Agreement {
         self.arrived += other.arrived;
     }
 
+    /// Rays noted.
+    pub(crate) fn rays(&self) -> f64 {
+        self.rays
+    }
+
     /// Standard deviation of the mean light that rays which all agree leave; 0 where they differ, as their own spread
     /// tells it then.
     pub(crate) fn doubt(&self) -> glam::DVec3 {

@@ -212,7 +212,8 @@ impl Lit<'_> {
                 node = if middle == low { b } else { a };
                 continue;
             }
-            let sent = |child: usize, from: usize, to: usize| power(drawn, from, to) * tree.bounds[child].largest_kernel(x, n);
+            let sent =
+                |child: usize, from: usize, to: usize| power(drawn, from, to) * tree.bounds[child].largest_kernel(x, n);
             let (first, second) = (sent(a, low, middle), sent(b, middle, high));
             if first + second <= 0.0 {
                 return None;

@@ -16,9 +16,9 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
+use crate::direct::drawn_light::Scratch;
 use crate::direct::emitters::luminaire::Luminaire;
 use crate::direct::lights::Lights;
-use crate::direct::drawn_light::Scratch;
 use crate::light::Gloss;
 use crate::light::shares::Shares;
 use crate::rays::{Ray, Side};

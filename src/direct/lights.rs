@@ -19,10 +19,10 @@ use crate::patches::Patches;
 use crate::scene::Emitters;
 use crate::surfaces::{Geometry, SurfacePoint};
 
-/// Faces × patches beyond which no patch tests what stands between.
-const MOST_TESTS: usize = 20_000_000;
-/// Faces beyond which a single point does not.
-const MOST_FACES: usize = 20_000;
+/// Faces beyond which patches do not test what stands between, and beyond which single points do not, which draw more
+/// rays.
+const MOST_FACES: usize = 4_000;
+const MOST_FACES_OF_POINTS: usize = 20_000;
 
 /// The luminaires and punctual lights of a scene in one mode, and how they light its patches.
 pub struct Lights {
@@ -149,7 +149,7 @@ impl Lights {
             }
             let place = Place::of_patch(&self.patches, i);
             let each = self.trees.iter().zip(&among).map(|(tree, among)| {
-                let tested = shadows == Shadows::CutOut && among.len() * count <= MOST_TESTS;
+                let tested = shadows == Shadows::CutOut && among.len() <= MOST_FACES;
                 LightCut::new(&inputs, tree, &place, tested.then_some(&among[..]), memory)
             });
             each.collect()
@@ -170,7 +170,7 @@ impl Lights {
         let (inputs, place, mut memory) = (self.inputs(), Place::of_point(point), CutMemory::default());
         let each = self.trees.iter().map(|tree| {
             let among = reaching(&inputs, tree);
-            let tested = (among.len() <= MOST_FACES).then_some(&among[..]);
+            let tested = (among.len() <= MOST_FACES_OF_POINTS).then_some(&among[..]);
             LightCut::new(&inputs, tree, &place, tested, &mut memory)
         });
         OwnCuts(each.collect())

@@ -15,9 +15,9 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 
+use crate::direct::drawn_light::{Scratch, point_for};
 use crate::direct::emitters::occlusion::Occlusion;
 use crate::direct::lights::Lights;
-use crate::direct::drawn_light::{Scratch, point_for};
 use crate::direct::systematic::{Drawn, systematic};
 use crate::scene::{PunctualForm, PunctualLight};
 use crate::surfaces::SurfacePoint;

@@ -23,6 +23,10 @@ use crate::surfaces::SurfacePoint;
 /// Receiver points that are enough where each is exact: the form factor varies smoothly over a patch.
 const SMOOTH: u32 = 32;
 
+/// Of so many draws at a receiver of a picture a receiver of a patch takes one: there are many of them, and the light of
+/// all is one number.
+const SPARED: u32 = 4;
+
 /// What patches receive as emitted.
 pub struct Received {
     /// `sum over luminaires of F_il E_l` for every patch that receives, W/(m² sr).
@@ -86,9 +90,9 @@ impl LightSum {
         self.emitters.iter().enumerate().for_each(|(emitter, light)| each(emitter, *light));
     }
 
-    /// Standard deviation of the light per receiver, of weight one, that is left where all visibility rays agree.
-    pub(crate) fn doubt(&self) -> DVec3 {
-        self.agreement.doubt()
+    /// What visibility rays to luminaires found.
+    pub(crate) fn agreement(&self) -> &Agreement {
+        &self.agreement
     }
 }
 
@@ -263,7 +267,7 @@ impl ReceiverPoints<'_> {
             let seed = hash(i as u32, self.seed);
             let receiver = self.point(i, k, seed);
             for (number, lit) in (0..).zip(self.lights.lit(&receiver, self.lights.cuts(i as u32))) {
-                let draws = times * lit.cut.draws;
+                let draws = (times * lit.cut.draws).div_ceil(SPARED);
                 let seed = if number == 0 { seed } else { hash(i as u32, hash(number, self.seed)) };
                 let draw = |j: usize| Vec2::from([2, 3].map(|d| self.sobol.point(k * draws + j as u32, d, seed)));
                 let light = lit.gather((0..draws as usize).map(draw), scratch, &mut Agreement::default());

@@ -43,6 +43,8 @@ const FIRST: [u32; KINDS] = [16, 16, 2];
 const MOST: [u32; KINDS] = [1 << 14, 1 << 13, 1 << 12];
 /// Rays that read at once for each that goes on, at most: what a few of them meet must be met by those as well.
 const FOR_EACH: u32 = 4;
+/// Visibility rays of a point that, where all agree, are followed by no more: what they may have missed is stated.
+const AGREED: f64 = 4096.0;
 /// Share of the tolerance that noise is worth lessening to, where the error of the light that is read exceeds it alone.
 const NOISE: f64 = 0.5;
 /// Standard errors beyond which a change that more rays make is no chance.
@@ -158,8 +160,9 @@ impl Sums {
         let direct = self.each(|r| r.direct.total() / visibility);
         let total: [DVec3; REPLICAS] = std::array::from_fn(|j| at_once[j] + corrected[j] + direct[j]);
         // Rays that all agree have no spread.
-        let doubt = self.direct().doubt();
-        let doubt = doubt * doubt;
+        let agreement = *self.direct().agreement();
+        let doubt = agreement.doubt() * agreement.doubt();
+        let asked = if agreement.rays() < AGREED { doubt } else { DVec3::ZERO };
         let noise = variance(&last);
         let varies = variance(&corrected);
         // Twice as many leave half of it: rays do not end because their spread happened to be small.
@@ -169,7 +172,7 @@ impl Sums {
             direct: mean(&direct),
             variance: variance(&total) + by_chance + doubt,
             onward: varies,
-            variances: [variance(&at_once), varies, variance(&direct) + doubt].map(DVec3::element_sum),
+            variances: [variance(&at_once), varies, variance(&direct) + asked].map(DVec3::element_sum),
             change: (mean(&last) * mean(&last) - noise).max(DVec3::ZERO),
             change_noise: noise,
         }
@@ -213,11 +216,7 @@ impl Means {
 
 impl<'a> IrradianceSampler<'a> {
     /// The first field of either is the light of everything; those that go on record what they read before.
-    pub(crate) fn new(
-        view: &'a View,
-        (at_once, onward): (&'a Fields, &'a Fields),
-        seed: u32,
-    ) -> IrradianceSampler<'a> {
+    pub(crate) fn new(view: &'a View, (at_once, onward): (&'a Fields, &'a Fields), seed: u32) -> IrradianceSampler<'a> {
         let [at_once, onward] = [at_once, onward].map(|fields| FinalGather::new(view, fields));
         IrradianceSampler { view, at_once, onward, sobol: Sobol::new(64, 2), seed }
     }
@@ -286,13 +285,7 @@ impl<'a> IrradianceSampler<'a> {
     }
 
     /// Adds direct light of more points on luminaires.
-    fn add(
-        &self,
-        replica: &mut Replica,
-        indices: Range<u32>,
-        (at, seed): (&AskedAt, u32),
-        memory: &mut Memory,
-    ) {
+    fn add(&self, replica: &mut Replica, indices: Range<u32>, (at, seed): (&AskedAt, u32), memory: &mut Memory) {
         let count = indices.end - indices.start;
         let weight = DVec3::splat(f64::from(count));
         let draw = |choice: Choice| {

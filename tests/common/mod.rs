@@ -4,15 +4,19 @@
 
 pub mod rows;
 
+use std::f64::consts::PI;
+
 use glam::{DQuat, DVec3};
 use halflight::Solver;
-use halflight::direct::{Lights, Occlusion};
+use halflight::direct::{Lights, Luminaire, Occlusion};
 use halflight::form_factors::{FormFactors, Sampling, Variant, cast};
 use halflight::light::{Rgb, Transport};
 use halflight::pictures::Size;
-use halflight::rays::sobol::hash;
+use halflight::rays::Hit;
+use halflight::rays::sobol::{Stream, hash};
 use halflight::render::{Assembled, Discretization, Rendered, Watch};
 use halflight::scene::{LoadOptions, Material, Scene};
+use halflight::surfaces::SurfacePoint;
 
 /// Watches nothing.
 pub struct Silent;
@@ -60,6 +64,26 @@ pub fn lights(p: &Discretization, transport: Transport) -> Lights {
 pub fn lights_behind(p: &Discretization, occlusion: &Occlusion) -> Lights {
     let transports = p.transports(Transport::default());
     Lights::by_rays(&p.geometry, &p.patches, &p.luminaires, transports).occluded_by(occlusion.clone())
+}
+
+/// `sum of F_l E_l` at a receiver: the mean of `A k T E` over points drawn uniformly in area on each luminaire. Neither
+/// cuts nor closed forms have a part in it.
+pub fn light_by_area(lights: &Lights, receiver: &SurfacePoint, random: &mut Stream, hits: &mut Vec<Hit>) -> DVec3 {
+    let rays = &lights.geometry.rays;
+    let occlusion = Occlusion::new(rays, &lights.transports);
+    let one = |luminaire: &Luminaire| {
+        let y = luminaire.point(random.uniform(), random.uniform());
+        let (x, n) = (receiver.position.as_dvec3(), receiver.normal.as_dvec3());
+        let across = y.position.as_dvec3() - x;
+        let cosines = n.dot(across).max(0.0) * (-y.normal.dot(across)).max(0.0);
+        if cosines == 0.0 {
+            return DVec3::ZERO;
+        }
+        let kernel = luminaire.area * cosines / (PI * across.length_squared().powi(2));
+        let arrived = occlusion.transmittance(rays, (receiver.position, Some(receiver.face)), y.end(), hits);
+        luminaire.radiance.as_dvec3() * y.share * (kernel * f64::from(arrived))
+    };
+    lights.luminaires.list.iter().map(one).sum()
 }
 
 /// The picture of a mode to a tolerance.

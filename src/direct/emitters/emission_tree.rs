@@ -249,9 +249,8 @@ impl EmissionTree {
 
     /// About what all of it sends to a receiver with unit normal n.
     pub(crate) fn sent_to(&self, x: DVec3, n: DVec3) -> f64 {
-        let sent = |(place, receiver): (Placement, PlaneReceiver)| {
-            self.area * receiver.depth * self.sent(0, place, &receiver)
-        };
+        let sent =
+            |(place, receiver): (Placement, PlaneReceiver)| self.area * receiver.depth * self.sent(0, place, &receiver);
         self.seen_from(x, n, 0.0).map_or(0.0, sent)
     }
 
