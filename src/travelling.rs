@@ -80,18 +80,19 @@ structs! {
     Crossing { slot, depth, weight }
     Row { columns, ends, crossings }
     Seen { node, share, until }
-    Chance { node, until, power, expected }
+    Chance { node, until, power_until, expected }
     Rectangle { center, normal, half }
     Tiles { rectangle, side, values }
-    LightCut { seen, smooth, exact, drawn, near, draws }
+    LightCut { seen, sum, exact, drawn, near, draws }
     TermPower { visible, invisible }
     Irradiance { direct, fields, total, squared_error, is_coarse, rays }
     SmallFace { share, light }
     SurfaceKey { plane, side, material }
     Layer { key, first, count, sum, reflected, origins }
     Footprint { key, face, rho, extent }
-    PixelLight { emitted, lit, ambient, emitters }
-    Met { emitting, reflecting, backs, rays, partly_hidden, reach }
+    SeenEmission { value, variance, emitters, rays }
+    PixelLight { emitted, glows, outline, lit, ambient, emitters }
+    Met { emitting, reflecting, backs, rays, reach }
     PixelNoise { basis, differed, predicted, noted, is_explained }
     Pixel { count, light, met, layers, texture, small_faces, noise, counts_emission }
     LayerFit { pixel, layer, fitted, rho, weight, light, uncertainty, rays }
@@ -103,6 +104,7 @@ structs! {
 
 enums! {
     Side { Front {}, Back {} }
+    SeenSum { ByNode {}, Tiles { 0: tiles }, Known { 0: light } }
     Method { ClosedForm {}, Quadrature {} }
     PixelTexture { Unknown {}, One { 0: footprint }, Varied {} }
     Basis { AllRays {}, Resampled { 0: variance }, Chosen { unseen: unseen } }

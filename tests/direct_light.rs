@@ -68,8 +68,8 @@ fn form(x: &SurfacePoint, [corner, u, v]: [DVec3; 3]) -> f64 {
         + point_to_polygon(n, &[at(0., 0.), at(1., 1.), at(0., 1.)])
 }
 
-/// A luminous wall behind a skirting of a hundred boards: more faces than are cut out, and what they hide from the floor
-/// is the near part, from which by area next to no point is drawn.
+/// A luminous wall behind a skirting of a hundred boards: more faces than are cut out, and what they hide from the
+/// floor is the near part, from which by area next to no point is drawn.
 #[test]
 fn a_near_luminaire_whose_near_part_is_hidden() {
     let at = DVec3::new;
@@ -122,7 +122,8 @@ fn luminaires_that_nearly_touch_what_they_light() {
     }
 }
 
-/// A screen of 64² texels of which one shines, half of it behind a baffle: the black ones say nothing of what it lights.
+/// A screen of 64² texels of which one shines, half of it behind a baffle: the black ones say nothing of what it
+/// lights.
 #[test]
 fn a_screen_of_which_one_texel_shines() {
     let folder = tempfile::tempdir().expect("a folder");

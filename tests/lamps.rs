@@ -110,8 +110,8 @@ fn a_thousand_lamps_are_the_sum_of_each() {
 }
 
 fn compare_with_each(p: &Discretization) {
-    // Nothing hides anything: the closed form of each lamp, at 16 points a patch. The spread over seeds of what is found
-    // is its standard error.
+    // Nothing hides anything: the closed form of each lamp, at 16 points a patch. The spread over seeds of what is
+    // found is its standard error.
     let found: Vec<Vec<Rgb>> = (0..2).map(|seed| receive(p, Mode::Local, 16, seed)).collect();
     let noise = apart(&found[0], &found[1]);
     let sobol = Sobol::new(16, 2);

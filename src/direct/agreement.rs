@@ -1,7 +1,7 @@
 //! What rays that agree say: a share found to be 0 or 1 is known to `1 / (n + 2)` and not better.
 //!
-//! Of a share s nothing is known before (it is uniform on 0 to 1). After n rays of which m arrived its mean and variance
-//! are (T. Bayes 1763; P. S. Laplace's rule of succession 1774)
+//! Of a share s nothing is known before (it is uniform on 0 to 1). After n rays of which m arrived its mean and
+//! variance are (T. Bayes 1763; P. S. Laplace's rule of succession 1774)
 //!
 //! ```text
 //! s = (m + 1) / (n + 2),      s (1 - s) / (n + 3)

@@ -8,21 +8,21 @@
 //! with `c_e` the expected visible share of a node, a control variate, T the product of tau between x and y, k the
 //! estimate of the form factor by a point y drawn on a luminaire by what it sends
 //! ([`crate::direct::emitters::toward`]), and p the probability of its luminaire. The first and third sum are one
-//! polynomial on a flat patch. Nodes have probabilities in proportion to estimates by a few rays, never zero for one that
-//! may light the patch, so that sampling has no bias; a node's luminaires are drawn by power.
+//! polynomial on a flat patch. Nodes have probabilities in proportion to estimates by a few rays, never zero for one
+//! that may light the patch, so that sampling has no bias; a node's luminaires are drawn by power.
 //!
-//! One probability per patch is thousands of times too small at receivers next to a small luminaire. So where luminaires
-//! are near a patch, half of the probability is that of a descent of the tree at the receiver, at each node by an upper
-//! bound of what its halves contribute there:
+//! One probability per patch is thousands of times too small at receivers next to a small luminaire. So where
+//! luminaires are near a patch, half of the probability is that of a descent of the tree at the receiver, at each node
+//! by an upper bound of what its halves contribute there:
 //!
 //! ```text
 //! p = p_patch / 2 + p_point / 2,    p_point = product over the way down of  Q g / (Q g + Q' g')
 //! ```
 //!
-//! with Q the uncertain power below a half and g its largest `cos cos / d²`, d no less than its radius. The sum of both is
-//! the balance heuristic (E. Veach, L. Guibas, *Optimally combining sampling techniques*, 1995; the descent: A. Conty
-//! Estevez, C. Kulla, *Importance sampling of many lights with adaptive tree splitting*, PACMCGIT 1(2), 2018). Worth:
-//! without it a picture of a table under 24 candles did not reach 5 % in ten minutes.
+//! with Q the uncertain power below a half and g its largest `cos cos / d²`, d no less than its radius. The sum of both
+//! is the balance heuristic (E. Veach, L. Guibas, *Optimally combining sampling techniques*, 1995; the descent: A.
+//! Conty Estevez, C. Kulla, *Importance sampling of many lights with adaptive tree splitting*, PACMCGIT 1(2), 2018).
+//! Worth: without it a picture of a table under 24 candles did not reach 5 % in ten minutes.
 //!
 //! Samples for the error of a picture use neither moments of nodes nor polynomials, which have bias.
 //!
@@ -113,7 +113,8 @@ impl Lit<'_> {
         &self.lights.luminaires.list[number as usize]
     }
 
-    /// The light of a luminaire behind some casters: its closed form, or where that is not known by one point drawn on it.
+    /// The light of a luminaire behind some casters: its closed form, or where that is not known by one point drawn on
+    /// it.
     fn exact(&self, number: u32, faces: &[u32], at: impl FnOnce() -> Vec2, scratch: &mut Scratch) -> DVec3 {
         let (lights, luminaire) = (self.lights, self.luminaire(number));
         let SurfacePoint { position: x, normal: n, .. } = *self.receiver;
@@ -161,8 +162,8 @@ impl Lit<'_> {
         }
     }
 
-    /// The light of visible nodes and the expected light of sampled ones, by the closed form of one luminaire drawn from
-    /// them: its node by its part of the patch's light, and within it by power.
+    /// The light of visible nodes and the expected light of sampled ones, by the closed form of one luminaire drawn
+    /// from them: its node by its part of the patch's light, and within it by power.
     fn one_of_seen(&self, random: &mut Stream) -> DVec3 {
         if self.cut.seen.is_empty() {
             return DVec3::ZERO;
@@ -176,8 +177,9 @@ impl Lit<'_> {
         form * luminaire.radiance.as_dvec3() * (share / (chance * of_node))
     }
 
-    /// Draws one of the sampled nodes by a number u of the unit interval: by the patch's probabilities, where luminaires
-    /// are near half of the time by descent; its weight is its probability. None where a descent finds nothing that sends.
+    /// Draws one of the sampled nodes by a number u of the unit interval: by the patch's probabilities, where
+    /// luminaires are near half of the time by descent; its weight is its probability. None where a descent finds
+    /// nothing that sends.
     fn choose(&self, u: f64) -> Option<Drawn<f64>> {
         let drawn = &self.cut.drawn;
         let by_patch = |u: f64| shares::draw(drawn, |d| d.until, u);
@@ -197,8 +199,8 @@ impl Lit<'_> {
         Some(Drawn { weight: 0.5 * (of_patch + of_point), ..chosen })
     }
 
-    /// Walks down the tree to one of the sampled nodes; its weight is the probability of the way. None where the way ends
-    /// as nothing below sends anything here.
+    /// Walks down the tree to one of the sampled nodes; its weight is the probability of the way. None where the way
+    /// ends as nothing below sends anything here.
     fn descend(&self, descent: Descent) -> Option<Drawn<f64>> {
         let (x, n) = (self.receiver.position.as_dvec3(), self.receiver.normal.as_dvec3());
         let (tree, drawn) = (self.tree, &self.cut.drawn);

@@ -48,6 +48,8 @@ pub struct Lights {
     pub(crate) trees: Vec<LightTree>,
     /// Patch by patch, the cut through each tree; empty ones where a patch does not receive.
     cuts: Vec<LightCut>,
+    /// Some cut has nodes or polynomials that stand for luminaires.
+    approximates: bool,
 }
 
 /// The cuts through the light trees that a receiver reads: those of its patch, or its own.
@@ -73,8 +75,8 @@ enum Shadows {
 }
 
 impl Lights {
-    /// Determines what of the luminaires every patch that reflects sees; `exactness` is the relative error that a node of
-    /// many luminaires, or of a texture, may have.
+    /// Determines what of the luminaires every patch that reflects sees; `exactness` is the relative error that a node
+    /// of many luminaires, or of a texture, may have.
     pub fn new(
         geometry: &Arc<Geometry>,
         patches: &Arc<Patches>,
@@ -126,6 +128,7 @@ impl Lights {
             transports,
             exactness,
             cuts: Vec::new(),
+            approximates: false,
         }
     }
 
@@ -155,8 +158,10 @@ impl Lights {
             each.collect()
         };
         let all = Loop::weighed(count, |i| f64::from(u8::from(receives(i)))).map_init(CutMemory::default, one);
-        let cuts = all.into_iter().flatten().collect();
-        Lights { cuts, ..self }
+        let cuts: Vec<LightCut> = all.into_iter().flatten().collect();
+        let mut of_trees = cuts.iter().zip(self.trees.iter().cycle());
+        let approximates = of_trees.any(|(cut, tree)| cut.approximates(tree));
+        Lights { cuts, approximates, ..self }
     }
 
     /// The cuts of a patch.
@@ -186,8 +191,8 @@ impl Lights {
         rays * MOST_DRAWN
     }
 
-    /// Relative error that nodes of luminaires may have; 0 where there are none.
+    /// Relative error that nodes of luminaires and polynomials may have; 0 where there are none.
     pub fn stand_ins(&self) -> f64 {
-        if self.trees.is_empty() { 0.0 } else { self.exactness }
+        if self.approximates { self.exactness } else { 0.0 }
     }
 }

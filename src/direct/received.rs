@@ -23,8 +23,8 @@ use crate::surfaces::SurfacePoint;
 /// Receiver points that are enough where each is exact: the form factor varies smoothly over a patch.
 const SMOOTH: u32 = 32;
 
-/// Of so many draws at a receiver of a picture a receiver of a patch takes one: there are many of them, and the light of
-/// all is one number.
+/// Of so many draws at a receiver of a picture a receiver of a patch takes one: there are many of them, and the light
+/// of all is one number.
 const SPARED: u32 = 4;
 
 /// What patches receive as emitted.
@@ -124,8 +124,8 @@ impl Lights {
         self.trees.iter().zip(cuts).map(move |(tree, cut)| Lit { lights: self, tree, cut, receiver })
     }
 
-    /// Adds the light at a receiver, weighted per channel, with `rays` visibility rays for each point that its cuts draw;
-    /// `point` are the points of the unit square for sampling.
+    /// Adds the light at a receiver, weighted per channel, with `rays` visibility rays for each point that its cuts
+    /// draw; `point` are the points of the unit square for sampling.
     pub fn add(
         &self,
         sum: &mut LightSum,

@@ -55,12 +55,20 @@ pub struct GatherError {
     pub fit: f64,
     /// RMS of the picture.
     pub signal: f64,
+    /// Noise of what all pixels show of light as emitted, and the RMS of that.
+    pub emission: [f64; 2],
 }
 
 impl GatherError {
     /// All parts together, as a share of the picture; 0 for a black picture.
     pub fn relative(&self) -> f64 {
         self.share((self.camera.powi(2) + self.hemisphere.powi(2) + self.fit.powi(2)).sqrt())
+    }
+
+    /// The error of light as emitted, as a share of it; 0 where the picture shows none.
+    pub fn of_emission(&self) -> f64 {
+        let [noise, shown] = self.emission;
+        GatherError { signal: shown, ..GatherError::default() }.share(noise)
     }
 
     /// These errors over the signal less the noise in it, `sqrt(signal² - camera² - hemisphere²)`; a quarter of the RMS
@@ -116,7 +124,9 @@ impl Gathered {
         let emission = mean(&self.emission);
         let mut reflected = mean(&self.total());
         reflected.pixels.iter_mut().zip(&emission.pixels).for_each(|(p, e)| *p -= *e);
-        let error = GatherError { camera: rms(&standard_error), signal: rms(&reflected), ..self.error };
+        let shown = [self.error.emission[0] / step as f64, rms(&emission)];
+        let error =
+            GatherError { camera: rms(&standard_error), signal: rms(&reflected), emission: shown, ..self.error };
         Gathered {
             emission,
             direct: mean(&self.direct),
@@ -136,7 +146,8 @@ mod tests {
     #[test]
     fn noise_is_no_part_of_the_signal() {
         let signal = |camera: f64, hemisphere: f64| {
-            let error = GatherError { camera, hemisphere, fit: 3.0, signal: 5.0 }.over_signal_alone();
+            let error =
+                GatherError { camera, hemisphere, fit: 3.0, signal: 5.0, emission: [0.0; 2] }.over_signal_alone();
             assert_eq!((error.camera, error.hemisphere, error.fit), (camera, hemisphere, 3.0));
             error.signal
         };

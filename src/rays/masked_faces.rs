@@ -10,7 +10,7 @@
 //! texel, by a at the point. Both are right in the mean over rays. Along a ray that meets several faces whose masks are
 //! uneven all count by a at their points, since holes may lie behind holes.
 //!
-//! Not handled: closed forms, which take faces as whole; [`crate::direct::Shafts`] leave masked ones to rays. Within a
+//! Not handled: closed forms, which take faces as whole; light cuts leave masked ones to rays. Within a
 //! cell, a part of a face that another hides counts in the mean like the part that is seen; so does what lies beyond
 //! the end of a neighbour over which the mask goes on.
 

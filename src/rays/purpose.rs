@@ -11,6 +11,8 @@ pub enum Purpose {
     ReceivedFromPoints,
     /// Camera rays of a half, 0 or 1.
     CameraRays(usize),
+    /// Camera rays for the outlines of emitters.
+    Outlines,
     /// Hemisphere rays of a half of an irradiance record, 0 or 1.
     HemisphereRays(usize),
     /// Rays of a replica of a point that irradiance is estimated at.
@@ -54,6 +56,7 @@ impl Purpose {
             Purpose::HemisphereRays(half) => [0x51ed_270b, 0xa3b1_95c7][half],
             Purpose::Points(replica) => 0x1f83_0000_u32 ^ (replica as u32).wrapping_mul(0x0a54_1000),
             Purpose::Validation => 0x7a11_da7e,
+            Purpose::Outlines => 0x6f75_746c,
             Purpose::SampledPixels => 0x7f4a_7c15,
             Purpose::Paths(set) => set.wrapping_mul(0x85eb_ca6b),
             Purpose::BrightPatches(round) => 0x2c1b_3c6d_u32.wrapping_add(round.wrapping_mul(0x0101_0000)),

@@ -25,6 +25,9 @@ pub struct ErrorParts {
     pub gather: f64,
     /// Square root of the sum of their squares.
     pub total: f64,
+    /// Of light as emitted, over the RMS of what the picture shows of it: how much of pixels emitters cover. No part of
+    /// the total, which is over the pixels that see no luminaire.
+    pub emission: f64,
 }
 
 impl ErrorParts {
@@ -129,7 +132,7 @@ impl Rendered {
     /// Why a picture's estimated error is above its tolerance; none where it is not.
     pub fn unmet(&self, tolerance: f64) -> Option<Unmet> {
         let error = self.error;
-        if error.total <= tolerance {
+        if error.total.max(error.emission) <= tolerance {
             return None;
         }
         let why = match self.ended {
@@ -202,6 +205,14 @@ impl Display for Unmet {
         ];
         let largest = parts.into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
         let (part, name) = largest.unwrap_or_default();
+        if error.total <= *tolerance {
+            let [emission, tolerance] = [error.emission, *tolerance].map(|share| 100.0 * share);
+            return write!(
+                f,
+                "estimated error of light as emitted {emission:.2} %, more than the {tolerance:.2} % asked for: outlines \
+                 of what emits need more rays"
+            );
+        }
         let ended = match why {
             Shortfall::Unseen => {
                 return f.write_str(

@@ -152,6 +152,11 @@ impl Luminaire {
         (!is_part).then(|| self.light(x, n, form, exactness))
     }
 
+    /// Whether all of it faces one way.
+    pub(crate) fn is_flat(&self) -> bool {
+        self.around.normal.is_some()
+    }
+
     /// Whether its radius exceeds a share of the distance of its middle from a point.
     pub(crate) fn is_near(&self, x: Vec3, share: f32) -> bool {
         self.around.radius > share * self.around.middle.distance(x)

@@ -1,8 +1,8 @@
 //! Luminaires with a texture: the emission of their points over the mean of its material's faces.
 //!
-//! All of a luminaire has a closed form ([`crate::direct::emitters::emission_tree`]); where a part of it is hidden points
-//! are drawn by what they send ([`crate::direct::emitters::toward`]). The tree of luminaires takes the moments of their
-//! emission ([`crate::direct::many::moments`]).
+//! All of a luminaire has a closed form ([`crate::direct::emitters::emission_tree`]); where a part of it is hidden
+//! points are drawn by what they send ([`crate::direct::emitters::toward`]). The tree of luminaires takes the moments
+//! of their emission ([`crate::direct::many::moments`]).
 //!
 //! Not handled: texels that are smaller than the leaves.
 
@@ -84,8 +84,8 @@ impl UnevenEmission {
         self.trees.iter().map(|tree| tree.beyond(x, n, tolerable)).sum::<DVec3>() + form
     }
 
-    /// The triangle, and the part of it, that a number u of the unit interval draws for a receiver with unit normal n, by
-    /// about what each part sends; none where nothing is sent.
+    /// The triangle, and the part of it, that a number u of the unit interval draws for a receiver with unit normal n,
+    /// by about what each part sends; none where nothing is sent.
     pub(crate) fn draw(&self, x: DVec3, n: DVec3, u: f64) -> Option<(usize, EmittingPart)> {
         let sent = Shares::of(self.trees.iter().map(|tree| tree.sent_to(x, n)));
         if sent.total() <= 0.0 {

@@ -13,10 +13,10 @@
 //! F is the mean of the closed form over points of the reflecting surfaces that have the emitter above their horizon. A
 //! wide window far away is small by that measure; a sky around everything, or a furnace, is large.
 //!
-//! Luminaires are divided into connected components, which share a corner, as exporters often write all luminaires as one
-//! object, and those that are not convex halved until few faces remain. A face of a convex luminaire cannot hide another
-//! from where that one's front is visible, so that a ball of a thousand faces does not count as a thousand occluders of
-//! itself.
+//! Luminaires are divided into connected components, which share a corner, as exporters often write all luminaires as
+//! one object, and those that are not convex halved until few faces remain. A face of a convex luminaire cannot hide
+//! another from where that one's front is visible, so that a ball of a thousand faces does not count as a thousand
+//! occluders of itself.
 //!
 //! Not handled: occlusion, so that a sky behind a window counts as large. Luminaires of too many faces to test
 //! convexity cast shadows on themselves, which costs time and no accuracy.

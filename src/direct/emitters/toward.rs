@@ -1,8 +1,8 @@
 //! Points of a luminaire for one receiver, drawn by what they send there.
 //!
-//! A point y on a luminaire of area A with the density p gives the estimate `A k(x, y) / (A p)` of the form factor F(x),
-//! `k = cos cos / (pi r²)`. By area (`p = 1/A`) that varies as k does: little from far, without bound from near, where
-//! most draws send next to nothing and few send all. From near, points are therefore drawn by directions:
+//! A point y on a luminaire of area A with the density p gives the estimate `A k(x, y) / (A p)` of the form factor
+//! F(x), `k = cos cos / (pi r²)`. By area (`p = 1/A`) that varies as k does: little from far, without bound from near,
+//! where most draws send next to nothing and few send all. From near, points are therefore drawn by directions:
 //!
 //! ```text
 //! piece i of the part above the horizon      with the chance  f_i / sum of f
@@ -10,12 +10,12 @@
 //! estimate of F                              (cos / pi) / q(w)  *  (sum of f) / f_i
 //! ```
 //!
-//! with `f_i` its solid angle times the mean cosine of its corners, w uniform in a spherical triangle but for a warp b, the
-//! bilinear interpolation of those cosines: the estimate varies as the cosine does around that, whatever the distance.
+//! with `f_i` its solid angle times the mean cosine of its corners, w uniform in a spherical triangle but for a warp b,
+//! the bilinear interpolation of those cosines: the estimate varies as the cosine does around that, whatever the
+//! distance.
 //!
-//! Of a luminaire of many triangles some are drawn by area, and of these one by its f (resampled importance sampling, J.
-//! F. Talbot et al. 2005). Of one with a texture a part of the tree of its emission is drawn first, by about what it sends
-//! ([`crate::direct::emitters::emission_tree`]): black texels send nothing and are not drawn.
+//! Of a luminaire of many triangles one is drawn first by about what it sends, and of one with a texture a part of the
+//! tree of its emission ([`crate::direct::emitters::emission_tree`]): black texels send nothing and are not drawn.
 //!
 //! Sources: J. Arvo, *Stratified sampling of spherical triangles*, SIGGRAPH 1995; the warp, D. Hart et al., *Practical
 //! product sampling by fitting and composing warps*, Computer Graphics Forum 39, 2020.
@@ -34,15 +34,16 @@ use crate::direct::emitters::luminaire::{EmittingPoint, EmittingTriangle, Lumina
 use crate::form_factors::lambert::clip_to_horizon;
 use crate::form_factors::plane::sees_front;
 use crate::form_factors::point_kernel;
-use crate::light::shares::draw;
-use crate::rays::sobol::{fraction, hash};
+use crate::light::shares::{Shares, draw};
 use crate::rays::warp::triangle_point;
 
 /// A luminaire is near where its radius exceeds this share of the distance of its middle: by area its points then send
 /// what differs by more than what a shadow's edge makes of it. By direction they cost some 0.3 µs more.
 const NEAR: f32 = 1.0;
 
-/// Triangles of which each is looked at; of more so many are drawn.
+/// The same for luminaires that are not flat, whose near side is nearer than their middle.
+const NEAR_BODY: f32 = 0.4;
+/// Triangles of which each is clipped; of more one is drawn.
 const LOOKED_AT: usize = 16;
 
 /// Solid angles below this have no digits left; what is so small sends nothing beside the rest.
@@ -64,7 +65,7 @@ struct Piece<'a> {
     cosines: [f64; 3],
     /// About three times the integral of the cosine.
     about: f64,
-    /// Those up to its own and including it, each times its weight.
+    /// Those up to its own and including it.
     until: f64,
 }
 
@@ -79,8 +80,8 @@ impl Luminaire {
             let toward = drawn.map(|(k, part)| self.on_part(k, &part, (from, normal), f64::from(at.y)));
             return toward.unwrap_or_else(|| self.nothing(at));
         }
-        if self.is_near(x, NEAR) {
-            return self.by_direction(&self.pieces(from, normal, at), (from, normal), at.as_dvec2());
+        if self.is_near(x, if self.is_flat() { NEAR } else { NEAR_BODY }) {
+            return self.from_near((from, normal), at);
         }
         let point = self.point(at.x, at.y);
         let kernel = point_kernel(from, normal, point.position.as_dvec3(), point.normal);
@@ -94,7 +95,7 @@ impl Luminaire {
         let radius = corners.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
         let mut toward = if radius > f64::from(NEAR) * middle.length() {
             let mut pieces = Pieces::new();
-            add_pieces(n, of, (corners, 1.0), &mut pieces);
+            add_pieces(n, of, corners, &mut pieces);
             self.by_direction(&pieces, (x, n), at)
         } else {
             let at = at.as_vec2();
@@ -107,21 +108,24 @@ impl Luminaire {
         toward
     }
 
-    /// What of its triangles, or of some of them that `at` draws by area, lies above the horizon.
-    fn pieces(&self, x: DVec3, n: DVec3, at: Vec2) -> Pieces<'_> {
-        let mut pieces = Pieces::new();
+    /// A point drawn by directions from near, of many triangles within one that is drawn by about what it sends.
+    fn from_near(&self, (x, n): (DVec3, DVec3), at: Vec2) -> Toward {
         let relative = |of: &EmittingTriangle| of.exact.map(|p| p - x);
+        let mut pieces = Pieces::new();
         if self.triangles.len() <= LOOKED_AT {
-            self.triangles.iter().for_each(|of| add_pieces(n, of, (relative(of), 1.0), &mut pieces));
-            return pieces;
+            self.triangles.iter().for_each(|of| add_pieces(n, of, relative(of), &mut pieces));
+            return self.by_direction(&pieces, (x, n), at.as_dvec2());
         }
-        let offset = fraction(hash(at.x.to_bits(), at.y.to_bits()));
-        for k in 0..LOOKED_AT {
-            let drawn = draw(&self.shares, |&share| share, (k as f32 + offset) / LOOKED_AT as f32);
-            let of = &self.triangles[drawn.index];
-            add_pieces(n, of, (relative(of), 1.0 / (LOOKED_AT as f64 * f64::from(drawn.weight))), &mut pieces);
+        let sent = Shares::of(self.triangles.iter().map(|of| sent_by(&relative(of), of.normal, n)));
+        if sent.total() <= 0.0 {
+            return self.nothing(at);
         }
-        pieces
+        let drawn = sent.draw(f64::from(at.x));
+        let of = &self.triangles[drawn.index];
+        add_pieces(n, of, relative(of), &mut pieces);
+        let mut toward = self.by_direction(&pieces, (x, n), DVec2::new(drawn.rest, f64::from(at.y)));
+        toward.form *= sent.total() / drawn.weight;
+        toward
     }
 
     /// Some point, where none sends anything to the receiver.
@@ -148,9 +152,20 @@ impl Luminaire {
     }
 }
 
-/// Adds the part above the horizon of a part of a triangle, `corners` relative to the receiver with unit normal n, times
-/// a weight.
-fn add_pieces<'a>(n: DVec3, of: &'a EmittingTriangle, (corners, weight): ([DVec3; 3], f64), pieces: &mut Pieces<'a>) {
+/// About what a triangle sends to a receiver with unit normal n, `corners` relative to it: its area times the cosines
+/// and the inverse squared distance that are most in its favour within a sphere around it.
+fn sent_by(corners: &[DVec3; 3], normal: DVec3, n: DVec3) -> f64 {
+    let [a, b, c] = *corners;
+    let middle = (a + b + c) / 3.0;
+    let radius = corners.iter().map(|p| p.distance_squared(middle)).fold(0.0, f64::max).sqrt();
+    let squared = middle.length_squared() + radius * radius;
+    let highest = |along: f64| (along + radius).max(0.0);
+    let cross = (b - a).cross(c - a).length();
+    cross * highest(middle.dot(n)) * highest(-middle.dot(normal)) / (squared * squared)
+}
+
+/// Adds the part above the horizon of a part of a triangle, `corners` relative to the receiver with unit normal n.
+fn add_pieces<'a>(n: DVec3, of: &'a EmittingTriangle, corners: [DVec3; 3], pieces: &mut Pieces<'a>) {
     if !sees_front(&corners) {
         return;
     }
@@ -164,7 +179,7 @@ fn add_pieces<'a>(n: DVec3, of: &'a EmittingTriangle, (corners, weight): ([DVec3
             let least = FLOOR * (1.0 + cosines.iter().sum::<f64>());
             let cosines = cosines.map(|cosine| cosine + least);
             let about = solid_angle * cosines.iter().sum::<f64>();
-            let until = pieces.last().map_or(0.0, |piece| piece.until) + weight * about;
+            let until = pieces.last().map_or(0.0, |piece| piece.until) + about;
             pieces.push(Piece { of, corners, cosines, solid_angle, about, until });
         }
     }
@@ -205,8 +220,8 @@ fn linear(a: f64, b: f64, u: f64) -> f64 {
     ((root - a) / (b - a)).clamp(0.0, 1.0)
 }
 
-/// The direction of a spherical triangle that belongs to a point of the unit square, uniform (Arvo 1995): u is the share
-/// of the area cut off by an arc through b, v the place along that arc, from b on.
+/// The direction of a spherical triangle that belongs to a point of the unit square, uniform (Arvo 1995): u is the
+/// share of the area cut off by an arc through b, v the place along that arc, from b on.
 fn within_triangle([a, b, c]: [DVec3; 3], u: f64, v: f64) -> DVec3 {
     let (ab, bc, ca) = (a.dot(b), b.dot(c), c.dot(a));
     let triple = a.dot(b.cross(c)).abs();
@@ -290,7 +305,8 @@ mod tests {
         all
     }
 
-    /// Near and far, above, beside and partly below the horizon: the mean is Lambert's form, within four standard errors.
+    /// Near and far, above, beside and partly below the horizon: the mean is Lambert's form, within four standard
+    /// errors.
     #[test]
     fn the_mean_of_draws_is_the_form_factor() {
         for (polygons, name) in [(vec![square(0.0)], "square"), (sphere(2), "octahedron"), (sphere(12), "sphere")] {
@@ -313,14 +329,15 @@ mod tests {
         }
     }
 
-    /// From near every draw estimates about the same, however near; by area next to no draw finds what is sent.
+    /// From near every draw estimates about the same, however near: it varies no more than the cosine over a hemisphere
+    /// does, by 1/sqrt(3) of its mean. By area next to no draw finds what is sent.
     #[test]
     fn draws_from_near_differ_little() {
         let (lamp, scene) = luminaire(&[square(0.0)]);
         for height in [0.5, 0.1, 1e-2, 1e-3] {
             let x = scene.frame.to_unit(DVec3::new(0.37, -height, 0.21)).as_vec3();
             let (found, error) = mean(&lamp, x, Vec3::Y);
-            assert!(error * 128.0 < 0.5 * found, "{height}: {error} {found}");
+            assert!(error * 128.0 < 0.6 * found, "{height}: {error} {found}");
         }
     }
 }

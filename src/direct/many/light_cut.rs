@@ -1,12 +1,12 @@
 //! Light cuts: the nodes of a light tree that light a patch, or a point.
 //!
-//! Each patch walks the tree once. Nodes visible from all of the patch without occlusion are summed: as a polynomial over
-//! a flat patch, by their moments for a curved one. The few near or strong luminaires keep their closed form, shadows cut
-//! out. The rest is sampled ([`crate::direct::drawn_light`]), with the share c that trial rays found of each node as
-//! control variate. Nodes with a small part of the patch's light are sampled without a test of occlusion.
+//! Each patch walks the tree once. Nodes visible from all of the patch without occlusion are summed: as a polynomial
+//! over a flat patch, by their moments for a curved one. The few near or strong luminaires keep their closed form,
+//! shadows cut out. The rest is sampled ([`crate::direct::drawn_light`]), with the share c that trial rays found of
+//! each node as control variate. Nodes with a small part of the patch's light are sampled without a test of occlusion.
 //!
-//! A point that is asked for itself, and lies on no patch, walks the tree as a patch of no size: all but what is sampled
-//! is one number then.
+//! A point that is asked for itself, and lies on no patch, walks the tree as a patch of no size: all but what is
+//! sampled is one number then.
 //!
 //! Worth: rooms under 36 and 324 luminaires of two colours at 2 % take 1.2 and 1.3 times the CPU seconds without
 //! polynomials, one with 90 luminaires of many faces 2.1 times (git log). After B. Walter et al., *Lightcuts*, 2005.
@@ -100,7 +100,15 @@ pub(crate) struct CutMemory {
     pieces: Pieces,
 }
 
+/// Luminaires whose closed forms cost no more than a polynomial.
+const FEW: usize = 2;
+
 impl LightCut {
+    /// Whether nodes stand for luminaires, or polynomials do.
+    pub(crate) fn approximates(&self, tree: &LightTree) -> bool {
+        self.seen.len() > FEW || self.seen.iter().any(|seen| tree.nodes[seen.node].children.is_some())
+    }
+
     /// The cut through a tree for a place; `among` are the casters that are tested, none if they are too many.
     pub(crate) fn new(
         inputs: &CutInputs,
@@ -138,14 +146,14 @@ fn node_light(tree: &LightTree, luminaires: &Luminaires, k: usize, x: DVec3, n: 
         return DVec3::ZERO;
     }
     let above = || height >= node.radius() || node.body.corners.iter().all(|p| n.dot(*p - x) >= 0.0);
-    let far = node.radius() <= tree.small * away.length();
-    if far && facing == Facing::Towards && above() {
-        return node.moments.light(x, n);
-    }
     if let Some(children) = node.children {
-        return children.map(|c| node_light(tree, luminaires, c, x, n)).iter().sum();
+        let far = node.radius() <= tree.small * away.length();
+        return match far && facing == Facing::Towards && above() {
+            true => node.moments.light(x, n),
+            false => children.map(|c| node_light(tree, luminaires, c, x, n)).iter().sum(),
+        };
     }
-    // A luminaire that is not far has a closed form.
+    // A single luminaire has a closed form.
     let luminaire = &luminaires.list[tree.order[node.range.start] as usize];
     let (x, n) = (x.as_vec3(), n.as_vec3());
     luminaire.light(x, n, luminaire.exact_form(x, n), tree.exactness) * luminaire.radiance.as_dvec3()
@@ -199,7 +207,7 @@ fn sum_up(walk: &Walk, known: DVec3, cut: &mut LightCut) {
     if walk.place.is_point() {
         cut.sum = SeenSum::Known(known + sum(walk.place.center));
         cut.seen = Vec::new();
-    } else if let Some(rectangle) = walk.place.rectangle.as_ref().filter(|_| !cut.seen.is_empty()) {
+    } else if let Some(rectangle) = walk.place.rectangle.as_ref().filter(|_| cut.approximates(walk.tree)) {
         let tiles = Tiles::new(rectangle, MISFIT.min(0.5 * walk.inputs.exactness), sum);
         cut.sum = tiles.map_or(SeenSum::ByNode, SeenSum::Tiles);
     }
@@ -330,8 +338,8 @@ impl<'a> Walk<'a> {
         self.distance(node) - node.radius() < NEAR * self.place.radius
     }
 
-    /// `F L` of a luminaire at a point that is the place, shadows cut out; `None` where those are too ragged, or a part of
-    /// a texture.
+    /// `F L` of a luminaire at a point that is the place, shadows cut out; `None` where those are too ragged, or a part
+    /// of a texture.
     fn light_behind(&self, number: u32, faces: &[u32], pieces: &mut Pieces) -> Option<DVec3> {
         let luminaire = &self.inputs.luminaires.list[number as usize];
         let casters = faces.iter().map(|&k| self.inputs.casters[k as usize]);
@@ -361,7 +369,9 @@ impl<'a> Walk<'a> {
         }
         let casters = self.inputs.casters;
         // Of a leaf, which is one luminaire.
-        let most = most_faces(&self.inputs.luminaires.list[self.tree.order[node.range.start] as usize]);
+        let luminaire = &self.inputs.luminaires.list[self.tree.order[node.range.start] as usize];
+        // A part of a texture has no closed form.
+        let (most, is_textured) = (most_faces(luminaire), luminaire.is_textured());
         let body = self.place.body.as_ref().filter(|_| self.tests_shadows);
         let between: Option<Vec<u32>> = body.map(|place| {
             let (shaft, among) = (Shaft::new(place, &node.body), among.iter().copied());
@@ -380,7 +390,7 @@ impl<'a> Walk<'a> {
             }
             None if clear && !near => self.seen.push(k),
             None if clear => self.exact.push((k, Vec::new())),
-            None => match between.filter(|b| b.len() <= most && !b.iter().any(is_masked)) {
+            None => match between.filter(|b| b.len() <= most && !is_textured && !b.iter().any(is_masked)) {
                 Some(faces) if near || estimate >= STRONG * self.total => {
                     self.exact.push((k, faces));
                 }
@@ -437,8 +447,8 @@ fn weigh(walk: &Walk, hits: &mut Vec<Hit>) -> (Vec<Chance>, u32) {
     (chances, draws)
 }
 
-/// Mean light of a node from points drawn on it, at points of the place, without and with occlusion. `at(s, d)` is number
-/// d of draw s.
+/// Mean light of a node from points drawn on it, at points of the place, without and with occlusion. `at(s, d)` is
+/// number d of draw s.
 fn trials(walk: &Walk, node: usize, at: impl Fn(u32, usize) -> f32, hits: &mut Vec<Hit>) -> [f64; 2] {
     let CutInputs { rays, luminaires, occlusion, .. } = *walk.inputs;
     let mut sums = [0.0; 2];

@@ -26,6 +26,7 @@ use rayon::prelude::*;
 
 use crate::form_factors::Progress;
 use crate::gather::pixels::camera_rays::{CameraRays, PixelScratch};
+use crate::gather::pixels::outlines::measure_outlines;
 use crate::gather::pixels::pixel::Pixel;
 use crate::gather::pixels::small_faces::find_small_faces;
 
@@ -72,6 +73,7 @@ pub(crate) fn sample_pixels(camera_rays: &CameraRays, plan: &Plan, tick: Progres
     if plan.noise.is_some() {
         find_small_faces(camera_rays, &mut pixels);
     }
+    measure_outlines(camera_rays, &mut pixels, plan);
     refine(camera_rays, &mut pixels, plan, |_, _| ());
     pixels
 }

@@ -12,6 +12,7 @@ use crate::direct::{Choice, Highlights, LightSum, Scratch as Memory};
 use crate::gather::pixels::pixel::Pixel;
 use crate::gather::pixels::pixel_cell::{cell_corners, cells_to_a_side};
 use crate::gather::pixels::pixel_layer::SurfaceKey;
+use crate::gather::pixels::pixel_light::of_emitter;
 use crate::gather::pixels::pixel_texture::{Adjusted, PixelCells, PixelTexture, SeenPoint, surfaces};
 use crate::light::Rgb;
 use crate::rays::purpose::Purpose;
@@ -114,7 +115,7 @@ impl<'a> CameraRays<'a> {
             scratch.seen = seen;
             pixel.light.lit[half] += scratch.sum.total();
             if self.view.lights.emitters().are_apart() {
-                scratch.sum.by_emitter(|e, light| pixel.light.emitter(e)[half] += light);
+                scratch.sum.by_emitter(|e, light| of_emitter(&mut pixel.light.emitters, e)[half] += light);
             }
         }
         pixel.met.rays += std::mem::take(&mut scratch.memory.cast) + 2 * u64::from(count - pixel.count);
@@ -196,6 +197,29 @@ impl<'a> CameraRays<'a> {
         view.rays.seen(&ray, cell).into_iter().map(one)
     }
 
+    /// Calls `each` with the faces that emit to a place of pixel k, and their light; each ray stands for one of
+    /// `cells`² of the pixel.
+    pub(crate) fn emission_at(&self, k: usize, at: Vec2, cells: u32, mut each: impl FnMut(u32, DVec3)) {
+        let ray = CameraRay { cells, ..self.camera_ray(k, 0, 0, 1) };
+        for SeenPoint { hit, position, share, .. } in self.seen_at(k, ray, at) {
+            let emitted = self.view.scene.emitted_at(hit.face, position).visible;
+            if emitted != Rgb::ZERO && self.view.patches.at(hit.face, hit.side, position).is_some() {
+                each(hit.face, f64::from(share) * emitted.as_dvec3());
+            }
+        }
+    }
+
+    /// The emitter that a face is, where they are kept apart.
+    pub(crate) fn emitter(&self, face: u32) -> Option<usize> {
+        let emitters = self.view.lights.emitters();
+        emitters.are_apart().then(|| emitters.of_face(self.view.scene, face))
+    }
+
+    /// Chooses the scrambling of the points.
+    pub(crate) fn seed(&self) -> u32 {
+        self.seed
+    }
+
     /// Adds the light emitted and reflected at a point that a camera ray sees. Returns whether it emits any.
     fn shade(
         &self,
@@ -216,9 +240,8 @@ impl<'a> CameraRays<'a> {
         let emitted = view.scene.emitted_at(hit.face, position).visible.as_dvec3();
         let emits = emitted != DVec3::ZERO;
         pixel.light.emitted[ray.half] += share * emitted;
-        if emits && view.lights.emitters().are_apart() {
-            let emitter = view.lights.emitters().of_face(view.scene, hit.face);
-            pixel.light.emitter(emitter)[ray.half] += share * emitted;
+        if let Some(emitter) = self.emitter(hit.face).filter(|_| emits) {
+            of_emitter(&mut pixel.light.glows, emitter)[ray.half] += share * emitted;
         }
         let (material, typical) = (view.scene.material(hit.face), view.patches.reflectance(view.scene, patch as usize));
         if typical == Rgb::ZERO && material.gloss.is_none() {

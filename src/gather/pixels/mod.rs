@@ -2,10 +2,12 @@
 
 pub(crate) mod adaptive_sampling;
 pub(crate) mod camera_rays;
+pub(crate) mod outlines;
 pub(crate) mod pixel;
 pub(crate) mod pixel_cell;
 pub(crate) mod pixel_layer;
 pub(crate) mod pixel_light;
 pub(crate) mod pixel_noise;
 pub(crate) mod pixel_texture;
+pub(crate) mod projection;
 pub(crate) mod small_faces;

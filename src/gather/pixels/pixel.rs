@@ -94,6 +94,22 @@ impl Pixel {
         0 < self.met.emitting && self.met.emitting < 2 * self.count
     }
 
+    /// The mean of what it shows as emitted.
+    pub(crate) fn mean_emission(&self) -> DVec3 {
+        let [a, b] = self.light.emission(self.count);
+        (a + b) / self.camera().max(1.0)
+    }
+
+    /// Squared standard error of that.
+    pub(crate) fn emission_variance(&self) -> DVec3 {
+        self.light.outline.as_ref().map_or_else(|| self.variance(self.light.emitted), |outline| outline.variance)
+    }
+
+    /// Whether camera rays disagree about what is emitted: some met any, or the halves different light.
+    pub(crate) fn emission_differs(&self) -> bool {
+        self.shows_outline() || self.light.emitted[0] != self.light.emitted[1]
+    }
+
     /// All light of each half, sums over its camera rays.
     pub(crate) fn halves(&self) -> [DVec3; 2] {
         self.halves_below(f64::INFINITY)
@@ -101,8 +117,7 @@ impl Pixel {
 
     /// The light of each half, of which what is emitted counts no more than `bright`, sums over its camera rays.
     pub(crate) fn halves_below(&self, bright: f64) -> [DVec3; 2] {
-        let most = if self.counts_emission { f64::INFINITY } else { bright * f64::from(self.count) };
-        self.light.halves(most)
+        self.light.halves(self.count, if self.counts_emission { f64::INFINITY } else { bright })
     }
 
     /// Standard error squared of the mean of two halves of the camera rays, all channels.

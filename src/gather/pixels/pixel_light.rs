@@ -4,30 +4,51 @@
 
 use glam::DVec3;
 
+use crate::gather::pixels::outlines::SeenEmission;
+
 /// Sums of light over the camera rays of a pixel, of each half.
 #[derive(Default)]
 pub(crate) struct PixelLight {
     /// Light as emitted.
     pub emitted: [DVec3; 2],
+    /// Each emitter's part of it; empty where they are not kept apart.
+    pub glows: Vec<[DVec3; 2]>,
+    /// What stands for both where the pixel shows an outline of an emitter.
+    pub outline: Option<Box<SeenEmission>>,
     /// Direct light.
     pub lit: [DVec3; 2],
     /// Indirect light: what the patches themselves receive, until it is gathered.
     pub ambient: [DVec3; 2],
-    /// Each emitter's part of light as emitted and of direct light; empty where they are not kept apart.
+    /// Each emitter's part of direct light; empty where they are not kept apart.
     pub emitters: Vec<[DVec3; 2]>,
 }
 
+/// The sums of an emitter that is kept apart.
+pub(crate) fn of_emitter(all: &mut Vec<[DVec3; 2]>, number: usize) -> &mut [DVec3; 2] {
+    if all.len() <= number {
+        all.resize(number + 1, [DVec3::ZERO; 2]);
+    }
+    &mut all[number]
+}
+
 impl PixelLight {
-    /// All light of each half, of which what is emitted counts no more than `most`.
-    pub(crate) fn halves(&self, most: f64) -> [DVec3; 2] {
-        [0, 1].map(|half| self.emitted[half].min(DVec3::splat(most)) + self.lit[half] + self.ambient[half])
+    /// Light as emitted of each half, sums over so many camera rays.
+    pub(crate) fn emission(&self, count: u32) -> [DVec3; 2] {
+        self.outline.as_ref().map_or(self.emitted, |outline| [f64::from(count) * outline.value; 2])
     }
 
-    /// The sums of an emitter that is kept apart.
-    pub(crate) fn emitter(&mut self, number: usize) -> &mut [DVec3; 2] {
-        if self.emitters.len() <= number {
-            self.emitters.resize(number + 1, [DVec3::ZERO; 2]);
-        }
-        &mut self.emitters[number]
+    /// All light of each half of so many camera rays, of which what is emitted counts no more than `most` a ray.
+    pub(crate) fn halves(&self, count: u32, most: f64) -> [DVec3; 2] {
+        let (emission, most) = (self.emission(count), DVec3::splat(most * f64::from(count)));
+        [0, 1].map(|half| emission[half].min(most) + self.lit[half] + self.ambient[half])
+    }
+
+    /// An emitter's part of emitted and direct light of each half, sums over so many camera rays.
+    pub(crate) fn of(&self, emitter: usize, count: u32) -> [DVec3; 2] {
+        let own = |all: &[[DVec3; 2]]| all.get(emitter).copied().unwrap_or_default();
+        let known = |outline: &SeenEmission| outline.emitters.get(emitter).copied().unwrap_or_default();
+        let glow = self.outline.as_ref().map_or(own(&self.glows), |o| [f64::from(count) * known(o); 2]);
+        let lit = own(&self.emitters);
+        [0, 1].map(|half| glow[half] + lit[half])
     }
 }

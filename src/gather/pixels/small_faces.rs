@@ -21,22 +21,21 @@ use halflight_team::Loop;
 
 use crate::gather::pixels::camera_rays::{CameraRays, PixelScratch};
 use crate::gather::pixels::pixel::{Pixel, SmallFace};
+use crate::gather::pixels::projection::{Projection, within};
 use crate::rays::Side;
 use crate::reading::view::View;
 use crate::scene::Bounds;
-use crate::scene::convex_polygon::{area, clip};
+use crate::scene::convex_polygon::area;
 use glam::{DVec2, DVec3};
 
 /// Pixels that one face is sampled in at most.
 const MOST_PIXELS: usize = 4096;
-/// Corners nearer to the camera than this share of the scene's half extent are not projected.
-const NEAR: f64 = 1e-6;
 
 /// Adds the faces smaller or thinner than a pixel to the pixels that show them.
 pub(crate) fn find_small_faces(camera_rays: &CameraRays, pixels: &mut [Pixel]) {
     let projection = Projection::new(camera_rays.view);
     let one = |scratch: &mut PixelScratch, face: usize| -> Vec<(usize, SmallFace)> {
-        let thin = projection.thin_face(face as u32).into_iter();
+        let thin = ThinFace::new(&projection, face as u32).into_iter();
         let of_face = |thin: ThinFace| {
             let parts = thin.pixels(&projection).filter_map(|k| thin.part(camera_rays, &pixels[k], k, scratch));
             parts.collect::<Vec<_>>()
@@ -50,15 +49,6 @@ pub(crate) fn find_small_faces(camera_rays: &CameraRays, pixels: &mut [Pixel]) {
     }
 }
 
-/// How the camera projects points into the picture, in pixels.
-struct Projection<'a> {
-    view: &'a View<'a>,
-    eye: DVec3,
-    /// To the right, down, and forward, where the first two are pixels at distance 1.
-    axes: [DVec3; 3],
-    size: DVec2,
-}
-
 /// A face smaller or thinner than a pixel, in the picture.
 struct ThinFace {
     face: u32,
@@ -69,47 +59,25 @@ struct ThinFace {
     normal: DVec3,
 }
 
-impl<'a> Projection<'a> {
-    fn new(view: &'a View<'a>) -> Projection<'a> {
-        let camera = &view.scene.camera;
-        let each = 1.0 / camera.pixel(view.height);
-        let [right, up, forward] = [camera.right, camera.up, camera.forward].map(|axis| axis.as_dvec3());
-        let size = DVec2::new(view.width as f64, view.height as f64);
-        Projection { view, eye: camera.position.as_dvec3(), axes: [each * right, -each * up, forward], size }
-    }
-
-    /// Where a point is; none behind the camera.
-    fn point(&self, point: DVec3) -> Option<DVec2> {
-        let [x, y, depth] = self.axes.map(|axis| axis.dot(point - self.eye));
-        (depth > NEAR).then(|| 0.5 * self.size + DVec2::new(x, y) / depth)
-    }
-
+impl ThinFace {
     /// A face whose side towards the camera reflects, if it lies in the picture and is no wider than a pixel.
-    fn thin_face(&self, face: u32) -> Option<ThinFace> {
-        let corners = self.view.scene.corners(face).map(|corner| corner.as_dvec3());
-        let [a, b, c] = corners.map(|corner| self.point(corner));
-        let polygon = [a?, b?, c?];
-        let bounds = Bounds::of(polygon);
-        let is_thin = area(&polygon).abs() <= bounds.size().length().max(1.0);
-        if !is_thin || bounds.high.cmple(DVec2::ZERO).any() || bounds.low.cmpge(self.size).any() {
+    fn new(projection: &Projection, face: u32) -> Option<ThinFace> {
+        let view = projection.view;
+        let polygon = projection.face(face)?;
+        if area(&polygon).abs() > Bounds::of(polygon).size().length().max(1.0) {
             return None;
         }
-        let normal = self.view.patches.normal(face, Side::Front).as_dvec3();
-        let side = if normal.dot(self.eye - corners[0]) > 0.0 { Side::Front } else { Side::Back };
+        let corners = view.scene.corners(face).map(|corner| corner.as_dvec3());
+        let normal = view.patches.normal(face, Side::Front).as_dvec3();
+        let side = if normal.dot(projection.eye - corners[0]) > 0.0 { Side::Front } else { Side::Back };
         let center = corners.iter().sum::<DVec3>() / 3.0;
-        self.view.patches.at(face, side, center.as_vec3())?;
+        view.patches.at(face, side, center.as_vec3())?;
         Some(ThinFace { face, side, polygon, center, normal })
     }
-}
 
-impl ThinFace {
     /// The pixels that it may lie in.
     fn pixels(&self, projection: &Projection) -> impl Iterator<Item = usize> + use<> {
-        let Bounds { low, high } = Bounds::of(self.polygon);
-        let (first, end) = (low.max(DVec2::ZERO).as_uvec2(), high.min(projection.size).ceil().as_uvec2());
-        let width = projection.view.width;
-        let row = move |y: u32| (first.x..end.x).map(move |x| y as usize * width + x as usize);
-        (first.y..end.y).flat_map(row).take(MOST_PIXELS)
+        projection.pixels_in(&Bounds::of(self.polygon)).take(MOST_PIXELS)
     }
 
     /// Its part within a pixel, unless the pixel's rays have met its surface, or hide it.
@@ -144,10 +112,4 @@ impl ThinFace {
         let tangent = (1.0 - cosine * cosine).max(0.0).sqrt() / cosine.abs();
         (distance * (1.0 - view.scene.camera.pixel(view.height) * tangent)) as f32
     }
-}
-
-/// The part of a polygon in the pixel whose upper left corner this is.
-fn within(polygon: &[DVec2], corner: DVec2) -> Vec<DVec2> {
-    let between = |low: f64| [Some(low), Some(low + 1.0)];
-    clip(&clip(polygon, DVec2::X, between(corner.x)), DVec2::Y, between(corner.y))
 }

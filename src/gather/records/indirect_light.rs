@@ -101,13 +101,14 @@ impl IndirectLight {
         let variance = |k: usize| own(k).map_or(DVec3::ZERO, |p| p.variance);
         let picture = |value: &dyn Fn(usize) -> DVec3| drawn(view, value);
         let field = |f: usize| picture(&|k| own(k).map_or(DVec3::ZERO, |p| p.fields[f].as_dvec3()));
-        let deviation = |k: usize| (pixels[k].variance(pixels[k].halves()) + variance(k)).map(f64::sqrt);
+        let outline = |k: usize| pixels[k].light.outline.as_ref().map_or(DVec3::ZERO, |outline| outline.variance);
+        let deviation = |k: usize| (pixels[k].variance(pixels[k].halves()) + outline(k) + variance(k)).map(f64::sqrt);
         let cast: f64 = pixels.iter().map(Pixel::camera).sum();
         let rays: u64 = pixels.iter().map(|p| p.met.rays).sum();
         let reflecting: u64 = pixels.iter().map(|p| u64::from(p.met.reflecting)).sum();
         let backs: u64 = pixels.iter().map(|p| u64::from(p.met.backs)).sum();
         Gathered {
-            emission: picture(&|k| whole(pixels[k].light.emitted) / pixels[k].camera()),
+            emission: picture(&|k| pixels[k].mean_emission()),
             direct: picture(&|k| whole(pixels[k].light.lit) / pixels[k].camera()),
             indirect: (0..fields.count()).map(field).collect(),
             standard_error: picture(&deviation),
@@ -134,12 +135,9 @@ impl IndirectLight {
             standard_error: drawn(view, |k| pixels[k].variance(halves(k)).map(f64::sqrt)),
         };
         let added = |a: [DVec3; 2], b: [DVec3; 2]| [a[0] + b[0], a[1] + b[1]];
-        let emitter = |e: usize| {
-            let own = |k: usize| pixels[k].light.emitters.get(e).copied().unwrap_or_default();
-            layer(&|k| added(own(k), indirect(k, e)))
-        };
+        let emitter = |e: usize| layer(&|k| added(pixels[k].light.of(e, pixels[k].count), indirect(k, e)));
         let bounce = |n: usize| match n {
-            0 => layer(&|k| pixels[k].light.emitted),
+            0 => layer(&|k| pixels[k].light.emission(pixels[k].count)),
             1 => layer(&|k| added(pixels[k].light.lit, indirect(k, fields.emitters))),
             _ => layer(&|k| indirect(k, fields.emitters + n - 1)),
         };
@@ -166,7 +164,10 @@ impl IndirectLight {
         let camera = measure(pixels);
         let indirect = self.measure(pixels);
         let rms = |sum: f64| (sum / (3.0 * camera.count.max(1.0))).sqrt();
+        let shown: f64 = pixels.iter().map(|pixel| pixel.mean_emission().length_squared()).sum();
+        let noise: f64 = pixels.iter().map(|pixel| pixel.emission_variance().element_sum()).sum();
         GatherError {
+            emission: [noise, shown].map(|sum| (sum / (3 * pixels.len().max(1)) as f64).sqrt()),
             camera: rms(camera.variance),
             hemisphere: rms(indirect.variance),
             fit: rms(self.misfit),

@@ -314,6 +314,7 @@ impl Solved {
         }
         // Where nodes of many luminaires and polynomials stand for them, those may be off by what is tolerable.
         self.error.gather = gathered.error.relative().hypot(self.mode.lights.stand_ins());
+        self.error.emission = gathered.error.of_emission();
         let rendered = Rendered::new(&self.mode, &self.solution, gathered, self.apart, spent);
         let other = self.other.as_ref().filter(|_| self.on_patches == LightOnPatches::Returned);
         let light = other.map(|(second, other)| mean_light([&self.mode, second], [&self.solution, other]));
