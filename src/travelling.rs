@@ -6,7 +6,7 @@
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::direct::many::light_cut::{Chance, LightCut, Seen};
+use crate::direct::many::light_cut::{Chance, LightCut, Seen, SeenSum};
 use crate::error::light_walks::TermPower;
 use crate::form_factors::chebyshev::{Rectangle, Tiles};
 use crate::form_factors::layers::{Crossing, Row};
@@ -15,7 +15,7 @@ use crate::form_factors::{Estimate, Method};
 use crate::gather::irradiance::Irradiance;
 use crate::gather::pixels::pixel::{Met, Pixel, SmallFace};
 use crate::gather::pixels::pixel_layer::{Layer, SurfaceKey};
-use crate::gather::pixels::pixel_light::PixelLight;
+use crate::gather::pixels::pixel_light::{PixelLight, SeenEmission};
 use crate::gather::pixels::pixel_noise::{Basis, PixelNoise};
 use crate::gather::pixels::pixel_texture::{Footprint, PixelTexture};
 use crate::gather::records::fit_error::LayerFit;

@@ -108,7 +108,7 @@ class Rendered:
         """
     def error(self, /) -> list[float]:
         """
-        Noise of F, patches, truncation, gather pass, and all together.
+        Noise of F, patches, truncation, gather pass, light as emitted, and all but that together.
         """
     def layer(self, /, k: SupportsIndex) -> tuple[Incomplete, Incomplete]:
         """

@@ -39,14 +39,17 @@ class Errors:
         What the series left out, a bound.
     gather : float
         Sampling of the gather pass.
+    emission : float
+        Light as emitted, over the RMS of what all pixels show of it; no part of the total.
     total : float
-        All together, the root of the sum of squares.
+        All others together, the root of the sum of squares.
     """
 
     form_factors: float
     patches: float
     truncation: float
     gather: float
+    emission: float
     total: float
 
 

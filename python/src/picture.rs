@@ -221,10 +221,10 @@ impl Rendered {
         self.0.emitters.iter().map(|e| (e.name.as_str(), e.emitted, e.reflected)).collect()
     }
 
-    /// Noise of F, patches, truncation, gather pass, and all together.
-    fn error(&self) -> [f64; 5] {
+    /// Noise of F, patches, truncation, gather pass, light as emitted, and all but that together.
+    fn error(&self) -> [f64; 6] {
         let e = &self.0.error;
-        [e.form_factors, e.patches, e.truncation, e.gather, e.total]
+        [e.form_factors, e.patches, e.truncation, e.gather, e.emission, e.total]
     }
 
     /// Why the error is above a tolerance, if it is, and what helps.

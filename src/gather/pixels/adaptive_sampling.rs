@@ -70,10 +70,10 @@ pub(crate) fn sample_pixels(camera_rays: &CameraRays, plan: &Plan, tick: Progres
     // An error over no pixel would be none at all.
     let shows_luminaires_only = pixels.iter().all(|pixel| pixel.weight() == 0.0);
     pixels.iter_mut().for_each(|pixel| pixel.counts_emission = shows_luminaires_only);
-    if plan.noise.is_some() {
+    if let Some(noise) = plan.noise {
         find_small_faces(camera_rays, &mut pixels);
+        measure_outlines(camera_rays, &mut pixels, noise, plan.deadline);
     }
-    measure_outlines(camera_rays, &mut pixels, plan);
     refine(camera_rays, &mut pixels, plan, |_, _| ());
     pixels
 }

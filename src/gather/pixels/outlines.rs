@@ -17,12 +17,14 @@
 //! Not handled: what neither a projected edge nor a camera ray shows; faces that reach behind the camera, which are
 //! left to rays; what the emitters' surfaces reflect, and what is reflected beside them.
 
+use std::time::Instant;
+
 use glam::{DVec2, DVec3, Vec2};
 use halflight_team::{Loop, is_over};
 
-use crate::gather::pixels::adaptive_sampling::Plan;
 use crate::gather::pixels::camera_rays::CameraRays;
 use crate::gather::pixels::pixel::Pixel;
+use crate::gather::pixels::pixel_light::SeenEmission;
 use crate::gather::pixels::projection::{Projection, within};
 use crate::rays::Side;
 use crate::rays::purpose::Purpose;
@@ -31,18 +33,6 @@ use crate::rays::warp::triangle_point;
 use crate::reading::view::View;
 use crate::scene::convex_polygon::area;
 use crate::scene::{Bounds, Sides};
-
-/// Emission of a pixel, a mean over it.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct SeenEmission {
-    pub value: DVec3,
-    /// Squared standard error.
-    pub variance: DVec3,
-    /// The emitters' parts, where they are kept apart.
-    pub emitters: Vec<DVec3>,
-    /// Rays cast.
-    pub rays: u64,
-}
 
 /// Rays of a pixel at first and at most, each in half as many cells; a quarter as many are aimed at each face.
 const FIRST: u32 = 32;
@@ -66,13 +56,12 @@ struct Outlined {
     found: SeenEmission,
 }
 
-/// Measures the emission of all pixels that show the outline of an emitter, or whose camera rays disagree about it,
-/// until it is as exact as the plan says.
-pub(crate) fn measure_outlines(camera_rays: &CameraRays, pixels: &mut [Pixel], plan: &Plan) {
-    let Some(noise) = plan.noise else { return };
+/// Measures the emission of all pixels that show the outline of an emitter, or whose camera rays disagree about it, until
+/// its noise is such a share of its RMS, or the time is over.
+pub(crate) fn measure_outlines(camera_rays: &CameraRays, pixels: &mut [Pixel], noise: f64, deadline: Option<Instant>) {
     let mut outlined = outlined(camera_rays, pixels);
     let mut due: Vec<usize> = (0..outlined.len()).collect();
-    while !due.is_empty() && !is_over(plan.deadline) {
+    while !due.is_empty() && !is_over(deadline) {
         let one = |i: usize| camera_rays.emission(&outlined[due[i]]);
         let found = Loop::weighed(due.len(), |i| f64::from(outlined[due[i]].rays)).map(one);
         for (&i, found) in due.iter().zip(found) {
@@ -202,18 +191,6 @@ impl CameraRays<'_> {
         found.variance += covered * covered * spread / (n - 1.0);
         found.add(self.emitter(part.face), covered / n * sum);
         found.rays += u64::from(count);
-    }
-}
-
-impl SeenEmission {
-    fn add(&mut self, emitter: Option<usize>, light: DVec3) {
-        self.value += light;
-        if let Some(emitter) = emitter {
-            if self.emitters.len() <= emitter {
-                self.emitters.resize(emitter + 1, DVec3::ZERO);
-            }
-            self.emitters[emitter] += light;
-        }
     }
 }
 

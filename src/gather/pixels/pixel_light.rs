@@ -4,7 +4,17 @@
 
 use glam::DVec3;
 
-use crate::gather::pixels::outlines::SeenEmission;
+/// Emission of a pixel, a mean over it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SeenEmission {
+    pub value: DVec3,
+    /// Squared standard error.
+    pub variance: DVec3,
+    /// The emitters' parts, where they are kept apart.
+    pub emitters: Vec<DVec3>,
+    /// Rays cast.
+    pub rays: u64,
+}
 
 /// Sums of light over the camera rays of a pixel, of each half.
 #[derive(Default)]
@@ -50,5 +60,18 @@ impl PixelLight {
         let glow = self.outline.as_ref().map_or(own(&self.glows), |o| [f64::from(count) * known(o); 2]);
         let lit = own(&self.emitters);
         [0, 1].map(|half| glow[half] + lit[half])
+    }
+}
+
+impl SeenEmission {
+    /// Adds light of an emitter, where they are kept apart.
+    pub(crate) fn add(&mut self, emitter: Option<usize>, light: DVec3) {
+        self.value += light;
+        if let Some(emitter) = emitter {
+            if self.emitters.len() <= emitter {
+                self.emitters.resize(emitter + 1, DVec3::ZERO);
+            }
+            self.emitters[emitter] += light;
+        }
     }
 }

@@ -114,7 +114,7 @@ mod tests {
     use super::*;
 
     fn cost(hemisphere: f64, tolerance: f64) -> PictureCost {
-        let error = GatherError { camera: 0.3, hemisphere, fit: 0.0, signal: 1.0 };
+        let error = GatherError { camera: 0.3, hemisphere, signal: 1.0, ..GatherError::default() };
         let goal =
             PictureGoal { tolerance, size: (100, 100).into(), deadline: None, memory: f64::INFINITY.into(), seed: 0 };
         PictureCost::of(&error, 2, &goal, 1.0)
