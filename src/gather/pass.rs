@@ -19,6 +19,7 @@ use crate::form_factors::Progress;
 use crate::gather::gathered::Gathered;
 use crate::gather::pixels::adaptive_sampling::{Plan, sample_pixels};
 use crate::gather::pixels::camera_rays::{CameraRays, CameraSampling};
+use crate::gather::pixels::outlines::measure_outlines;
 use crate::gather::pixels::pixel::Pixel;
 use crate::gather::records::final_gather::FinalGather;
 use crate::gather::records::indirect_light::IndirectLight;
@@ -39,6 +40,10 @@ pub fn gather(view: &View, fields: &Fields, gathering: &Gathering, tick: Progres
     if !fields.is_dark() {
         indirect = settings.gather_indirect(&pixels, &mut cache);
         indirect.sharpen(&camera_rays, &mut pixels, &cache, &settings.plan);
+    }
+    if let Some(noise) = settings.plan.noise {
+        // Rays since the first ones have shown more.
+        measure_outlines(&camera_rays, &mut pixels, noise, settings.plan.deadline);
     }
     let mut gathered = indirect.assemble(&pixels, fields, view);
     gathered.rays += cache.caster.cast;

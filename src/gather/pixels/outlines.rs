@@ -22,6 +22,7 @@ use std::time::Instant;
 use glam::{DVec2, DVec3, Vec2};
 use halflight_team::{Loop, is_over};
 
+use crate::direct::agreement::LikelyShare;
 use crate::gather::pixels::camera_rays::CameraRays;
 use crate::gather::pixels::pixel::Pixel;
 use crate::gather::pixels::pixel_light::SeenEmission;
@@ -37,8 +38,11 @@ use crate::scene::{Bounds, Sides};
 /// Rays of a pixel at first and at most, each in half as many cells; a quarter as many are aimed at each face.
 const FIRST: u32 = 32;
 const MOST: u32 = 1 << 13;
-/// The variance that four times as many rays leave.
-const LEFT: f64 = 0.25;
+/// Share of the noise of a picture that outlines may have: these rays end at what they meet first, and cost little.
+const PART: f64 = 0.5;
+/// The variance that four times as many rays leave where an edge passes through cells: of those that it crosses there
+/// are twice as many, each with a 16th (M. Pharr et al., *Physically Based Rendering*, 4th edition, 8.1).
+const LEFT: f64 = 0.125;
 /// Cells to a side of a pixel that a ray stands for, where faces have holes.
 const CELLS: u32 = 8;
 
@@ -46,6 +50,19 @@ const CELLS: u32 = 8;
 struct Part {
     face: u32,
     polygon: Vec<DVec2>,
+}
+
+/// Some rays of a pixel.
+struct Aim<'a> {
+    /// The place within the pixel that belongs to a point of the unit square.
+    place: &'a dyn Fn(Vec2) -> Vec2,
+    /// Whether the emission of a face counts.
+    counts: &'a dyn Fn(u32) -> bool,
+    /// The share of the pixel that all these places are.
+    share: f64,
+    /// The emission that rays which all agree may be wrong about.
+    doubted: DVec3,
+    rays: u32,
 }
 
 /// A pixel with an outline, and the rays it has.
@@ -56,8 +73,9 @@ struct Outlined {
     found: SeenEmission,
 }
 
-/// Measures the emission of all pixels that show the outline of an emitter, or whose camera rays disagree about it, until
-/// its noise is such a share of its RMS, or the time is over.
+/// Measures the emission of all pixels that show the outline of an emitter, or whose camera rays disagree about it, but
+/// for those that were measured before,
+/// until its noise is half of such a share of its RMS, and of that of reflected light, or the time is over.
 pub(crate) fn measure_outlines(camera_rays: &CameraRays, pixels: &mut [Pixel], noise: f64, deadline: Option<Instant>) {
     let mut outlined = outlined(camera_rays, pixels);
     let mut due: Vec<usize> = (0..outlined.len()).collect();
@@ -84,7 +102,10 @@ fn next(outlined: &[Outlined], pixels: &[Pixel], noise: f64) -> Vec<usize> {
         |own: &Outlined| own.found.value.length_squared() - pixels[own.pixel].mean_emission().length_squared();
     let signal = others + outlined.iter().map(differs).sum::<f64>();
     let variance = |own: &Outlined| own.found.variance.element_sum();
-    let (goal, mut left) = (noise * noise * signal, outlined.iter().map(variance).sum::<f64>());
+    // Slivers of what is bright show beside what is reflected, of whose error they are to be a small part.
+    let reflected = pixels.iter().map(|pixel| pixel.weight() * pixel.reflected().length_squared()).sum::<f64>();
+    let signal = if reflected > 0.0 { signal.min(reflected) } else { signal };
+    let (goal, mut left) = ((PART * noise).powi(2) * signal, outlined.iter().map(variance).sum::<f64>());
     let mut order: Vec<usize> =
         (0..outlined.len()).filter(|&i| outlined[i].rays < MOST && variance(&outlined[i]) > 0.0).collect();
     let worth = |&i: &usize| variance(&outlined[i]) / f64::from(outlined[i].rays);
@@ -110,12 +131,14 @@ fn outlined(camera_rays: &CameraRays, pixels: &[Pixel]) -> Vec<Outlined> {
         .filter(|&face| is_seen_from(view, face))
         .filter_map(|face| Some((face, projection.face(face)?)))
         .collect();
-    let mut shows: Vec<bool> = pixels.iter().map(Pixel::emission_differs).collect();
+    // Rays of a pixel may miss what its neighbours show.
+    let mut shows = beside(&pixels.iter().map(Pixel::emission_differs).collect::<Vec<_>>(), view.width);
     for (_, [a, b, c]) in &faces {
         for edge in [[a, b], [b, c], [c, a]] {
             projection.pixels_along(edge.map(|p| *p), |k| shows[k] = true);
         }
     }
+    shows.iter_mut().zip(pixels).for_each(|(shows, pixel)| *shows &= pixel.light.outline.is_none());
     let mut places = vec![usize::MAX; pixels.len()];
     let mut all = Vec::new();
     for pixel in (0..pixels.len()).filter(|&k| shows[k]) {
@@ -134,6 +157,18 @@ fn outlined(camera_rays: &CameraRays, pixels: &[Pixel]) -> Vec<Outlined> {
     all
 }
 
+/// The pixels that are marked, and those next to them.
+fn beside(marked: &[bool], width: usize) -> Vec<bool> {
+    let around = |k: usize, length: usize| k.saturating_sub(1)..(k + 2).min(length);
+    let (columns, rows) = (width.max(1), marked.len() / width.max(1));
+    let is_beside = |k: usize| {
+        let mut all =
+            around(k / columns, rows).flat_map(|y| around(k % columns, columns).map(move |x| y * columns + x));
+        all.any(|j| marked[j])
+    };
+    (0..marked.len()).map(is_beside).collect()
+}
+
 /// Whether a side of a face that emits faces the camera.
 fn is_seen_from(view: &View, face: u32) -> bool {
     let to_eye = view.scene.camera.position - view.scene.corners(face)[0];
@@ -145,52 +180,51 @@ impl CameraRays<'_> {
     fn emission(&self, of: &Outlined) -> SeenEmission {
         let mut random = Stream::new(hash(of.pixel as u32, hash(of.rays, Purpose::Outlines.seed(self.seed()))));
         let mut found = SeenEmission::default();
-        for part in &of.parts {
-            self.add_part(of, part, &mut random, &mut found);
+        for Part { face, polygon } in &of.parts {
+            let place = |at: Vec2| point_of(polygon, at.x, at.y);
+            let (share, doubted) = (area(polygon).abs(), self.view.scene.material(*face).emission.as_dvec3());
+            let aim = Aim { place: &place, counts: &|own| own == *face, share, doubted, rays: of.rays / 4 };
+            self.add_mean(of.pixel, &aim, &mut random, &mut found);
         }
-        let side = f64::from(of.rays / 2).sqrt() as u32;
-        let aimed = |face: u32| of.parts.iter().any(|part| part.face == face);
-        let weight = 1.0 / f64::from(side * side);
-        for (i, j) in (0..side * side).map(|cell| (cell % side, cell / side)) {
-            let mut at =
-                || (Vec2::new(i as f32, j as f32) + Vec2::new(random.uniform(), random.uniform())) / side as f32;
-            let pair = [at(), at()].map(|at| {
-                let mut sum = DVec3::ZERO;
-                self.emission_at(of.pixel, at, CELLS, |face, light| {
-                    if !aimed(face) {
-                        sum += light;
-                        found.add(self.emitter(face), 0.5 * weight * light);
-                    }
-                });
-                sum
-            });
-            let half = 0.5 * (pair[0] - pair[1]) * weight;
-            found.variance += half * half;
-        }
-        found.rays += u64::from(2 * side * side);
+        let is_other = |face: u32| of.parts.iter().all(|part| part.face != face);
+        let doubted = DVec3::ZERO;
+        let aim = Aim { place: &|at| at, counts: &is_other, share: 1.0, doubted, rays: of.rays };
+        self.add_mean(of.pixel, &aim, &mut random, &mut found);
         found
     }
 
-    /// Adds what a part of a face sends, by rays aimed at it.
-    fn add_part(&self, of: &Outlined, part: &Part, random: &mut Stream, found: &mut SeenEmission) {
-        let count = of.rays / 4;
-        let (mut sum, mut squares) = (DVec3::ZERO, DVec3::ZERO);
-        for k in 0..count {
-            let at = point_of(&part.polygon, (k as f32 + random.uniform()) / count as f32, random.uniform());
-            let mut light = DVec3::ZERO;
-            self.emission_at(of.pixel, at, CELLS, |face, own| {
-                if face == part.face {
-                    light += own;
-                }
-            });
-            sum += light;
-            squares += light * light;
+    /// Adds the mean of the emission that rays find, one pair of them in each of equal cells.
+    fn add_mean(&self, pixel: usize, aim: &Aim, random: &mut Stream, found: &mut SeenEmission) {
+        let side = f64::from(aim.rays / 2).sqrt() as u32;
+        let rays = f64::from(2 * side * side);
+        let weight = aim.share / rays;
+        let (mut variance, mut first) = (DVec3::ZERO, None);
+        let mut agree = true;
+        for cell in 0..side * side {
+            let corner = Vec2::new((cell % side) as f32, (cell / side) as f32);
+            let one = |random: &mut Stream, found: &mut SeenEmission| {
+                let at = (corner + Vec2::new(random.uniform(), random.uniform())) / side as f32;
+                let mut sum = DVec3::ZERO;
+                self.emission_at(pixel, (aim.place)(at), CELLS, |face, light| {
+                    if (aim.counts)(face) {
+                        sum += weight * light;
+                        found.add(self.emitter(face), weight * light);
+                    }
+                });
+                sum
+            };
+            let pair = [one(random, found), one(random, found)];
+            variance += (pair[0] - pair[1]) * (pair[0] - pair[1]);
+            let first = *first.get_or_insert(pair[0]);
+            agree &= pair == [first; 2];
         }
-        let (n, covered) = (f64::from(count), area(&part.polygon).abs());
-        let spread = (squares / n - (sum / n) * (sum / n)).max(DVec3::ZERO);
-        found.variance += covered * covered * spread / (n - 1.0);
-        found.add(self.emitter(part.face), covered / n * sum);
-        found.rays += u64::from(count);
+        if agree {
+            // Agreement is no proof.
+            let doubt = aim.share * LikelyShare::of(rays, 0.0).deviation() * aim.doubted;
+            variance = doubt * doubt;
+        }
+        found.variance += variance;
+        found.rays += u64::from(2 * side * side);
     }
 }
 

@@ -57,8 +57,6 @@ pub(crate) struct HalfSums {
 
 /// Share of its distance that a surface seen head on may be nearer or farther within a pixel.
 const LEVEL: f32 = 1e-3;
-/// Rays by which [`Pixel::weight`] judges whether a pixel sees a luminaire.
-const LUMINAIRE_RAYS: i32 = 16;
 
 impl Met {
     /// Extends the reach to a distance at which a ray met a point.
@@ -169,14 +167,13 @@ impl Pixel {
         self.noise.note(now, self.count, remaining);
     }
 
-    /// How much the pixel counts in the error: the probability that none of [`LUMINAIRE_RAYS`] rays through it meets
-    /// light as emitted, 0 on a luminaire and a little below 1 with a sliver of one.
+    /// How much the pixel counts in the error of what surfaces reflect: the share of it that no luminaire covers.
     pub(crate) fn weight(&self) -> f64 {
         if self.counts_emission {
             return 1.0;
         }
         let share = f64::from(self.met.emitting) / self.camera().max(1.0);
-        (1.0 - share).powi(LUMINAIRE_RAYS)
+        1.0 - share
     }
 }
 

@@ -163,12 +163,17 @@ impl IndirectLight {
     fn error(&self, pixels: &[Pixel]) -> GatherError {
         let camera = measure(pixels);
         let indirect = self.measure(pixels);
+        let outline = |pixel: &Pixel| {
+            let variance = pixel.light.outline.as_ref().map_or(0.0, |outline| outline.variance.element_sum());
+            pixel.weight() * variance
+        };
+        let outlines: f64 = pixels.iter().map(outline).sum();
         let rms = |sum: f64| (sum / (3.0 * camera.count.max(1.0))).sqrt();
         let shown: f64 = pixels.iter().map(|pixel| pixel.mean_emission().length_squared()).sum();
         let noise: f64 = pixels.iter().map(|pixel| pixel.emission_variance().element_sum()).sum();
         GatherError {
             emission: [noise, shown].map(|sum| (sum / (3 * pixels.len().max(1)) as f64).sqrt()),
-            camera: rms(camera.variance),
+            camera: rms(camera.variance + outlines),
             hemisphere: rms(indirect.variance),
             fit: rms(self.misfit),
             signal: rms(camera.signal),
