@@ -107,7 +107,7 @@ fn a_mask_is_as_good_as_geometry_cut_out() {
         let [(traced, shown, stated), (other, cut, its)] = means;
         let error = traced.error[0].hypot(other.error[0]);
         assert!((traced.value[0] - other.value[0]).abs() < 4.0 * error, "{mode}: {traced:?} {other:?}");
-        assert!((shown / cut - 1.0).abs() < stated + its, "{mode}: {shown} {cut}");
+        assert!((shown / cut - 1.0).abs() < stated + its, "{mode}: {shown} {cut} {stated} {its} {traced:?} {other:?}");
         let allowed = (4.0 * traced.error[0]).hypot(stated * shown);
         assert!((shown - traced.value[0]).abs() < allowed, "{mode}: {shown} {traced:?}");
     }

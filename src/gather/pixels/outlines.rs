@@ -38,8 +38,6 @@ use crate::scene::{Bounds, Sides};
 /// Rays of a pixel at first and at most, each in half as many cells; a quarter as many are aimed at each face.
 const FIRST: u32 = 32;
 const MOST: u32 = 1 << 13;
-/// Share of the noise of a picture that outlines may have: these rays end at what they meet first, and cost little.
-const PART: f64 = 0.5;
 /// The variance that four times as many rays leave where an edge passes through cells: of those that it crosses there
 /// are twice as many, each with a 16th (M. Pharr et al., *Physically Based Rendering*, 4th edition, 8.1).
 const LEFT: f64 = 0.125;
@@ -75,7 +73,7 @@ struct Outlined {
 
 /// Measures the emission of all pixels that show the outline of an emitter, or whose camera rays disagree about it, but
 /// for those that were measured before,
-/// until its noise is half of such a share of its RMS, and of that of reflected light, or the time is over.
+/// until its noise is such a share of its RMS, and of that of reflected light, or the time is over.
 pub(crate) fn measure_outlines(camera_rays: &CameraRays, pixels: &mut [Pixel], noise: f64, deadline: Option<Instant>) {
     let mut outlined = outlined(camera_rays, pixels);
     let mut due: Vec<usize> = (0..outlined.len()).collect();
@@ -105,7 +103,7 @@ fn next(outlined: &[Outlined], pixels: &[Pixel], noise: f64) -> Vec<usize> {
     // Slivers of what is bright show beside what is reflected, of whose error they are to be a small part.
     let reflected = pixels.iter().map(|pixel| pixel.weight() * pixel.reflected().length_squared()).sum::<f64>();
     let signal = if reflected > 0.0 { signal.min(reflected) } else { signal };
-    let (goal, mut left) = ((PART * noise).powi(2) * signal, outlined.iter().map(variance).sum::<f64>());
+    let (goal, mut left) = (noise * noise * signal, outlined.iter().map(variance).sum::<f64>());
     let mut order: Vec<usize> =
         (0..outlined.len()).filter(|&i| outlined[i].rays < MOST && variance(&outlined[i]) > 0.0).collect();
     let worth = |&i: &usize| variance(&outlined[i]) / f64::from(outlined[i].rays);
@@ -198,8 +196,8 @@ impl CameraRays<'_> {
         let side = f64::from(aim.rays / 2).sqrt() as u32;
         let rays = f64::from(2 * side * side);
         let weight = aim.share / rays;
-        let (mut variance, mut first) = (DVec3::ZERO, None);
-        let mut agree = true;
+        let (mut variance, mut sum, mut most) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
+        let (mut first, mut agree) = (None, true);
         for cell in 0..side * side {
             let corner = Vec2::new((cell % side) as f32, (cell / side) as f32);
             let one = |random: &mut Stream, found: &mut SeenEmission| {
@@ -215,14 +213,20 @@ impl CameraRays<'_> {
             };
             let pair = [one(random, found), one(random, found)];
             variance += (pair[0] - pair[1]) * (pair[0] - pair[1]);
+            (sum, most) = (sum + pair[0] + pair[1], most.max(pair[0]).max(pair[1]));
             let first = *first.get_or_insert(pair[0]);
             agree &= pair == [first; 2];
         }
-        if agree {
+        let least = if agree {
             // Agreement is no proof.
-            let doubt = aim.share * LikelyShare::of(rays, 0.0).deviation() * aim.doubted;
-            variance = doubt * doubt;
-        }
+            aim.share * LikelyShare::of(rays, 0.0).deviation() * aim.doubted
+        } else {
+            // Pairs in few cells may agree about an edge that passes between them: of n rays that see a share s, well
+            // spread, s (1 - s) n^-3/2.
+            let whole = rays * most;
+            (sum * (whole - sum)).max(DVec3::ZERO).map(f64::sqrt) * rays.powf(-0.75)
+        };
+        variance = variance.max(least * least);
         found.variance += variance;
         found.rays += u64::from(2 * side * side);
     }
