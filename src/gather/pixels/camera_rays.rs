@@ -244,7 +244,10 @@ impl<'a> CameraRays<'a> {
             of_emitter(&mut pixel.light.glows, emitter)[ray.half] += share * emitted;
         }
         let (material, typical) = (view.scene.material(hit.face), view.patches.reflectance(view.scene, patch as usize));
-        if typical == Rgb::ZERO && material.gloss.is_none() {
+        // Where there is nothing of a masked surface all over a patch its reflectance is 0, but a cell that reaches out
+        // of a hole counts by its share of what is there.
+        let is_dark = material.rho == Rgb::ZERO || (typical == Rgb::ZERO && rho == Rgb::ZERO);
+        if is_dark && material.gloss.is_none() {
             return emits;
         }
         pixel.met.reflecting += 1;
@@ -256,7 +259,7 @@ impl<'a> CameraRays<'a> {
             let PixelScratch { memory, sum, .. } = &mut *scratch;
             highlights.gather(&receiver, gloss, draws, memory, |emitter, light| sum.add(emitter, share * light));
         }
-        if typical == Rgb::ZERO {
+        if is_dark {
             return emits;
         }
         let rho = share * adjusted.rho(rho);
