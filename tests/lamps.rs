@@ -10,10 +10,12 @@ use halflight::form_factors::Sampling;
 use halflight::gather::{GatherSampling, Gathering, gather};
 use halflight::light::{Mode, Rgb};
 use halflight::pictures::{Picture, Size};
+use halflight::rays::Rays;
 use halflight::rays::sobol::{Sobol, Stream};
 use halflight::reading::{Fields, View};
 use halflight::render::Discretization;
-use halflight::scene::{Camera, Material, Scene};
+use halflight::scene::{Camera, Material, Scene, Sides};
+use halflight_reference::{TraceSettings, Tracer};
 
 use crate::common::{Facing, Mesh, grey, light_by_area, lights, rendered};
 
@@ -274,6 +276,33 @@ fn what_many_lamps_light_from_close_by_is_no_matter_of_luck() {
     let off = mean(&found) / mean(&general) - 1.0;
     // Four standard errors, and what moments leave.
     assert!(off.abs() < 4.0 * error + 2e-3, "{off} {error}");
+}
+
+/// A lamp that emits to both sides 5 cm below a ceiling, and a picture of the room: the bright gap between is a hundredth
+/// of all surfaces, and what it lights is smooth. Patches of one size that were small enough for it were 139,000.
+#[test]
+fn patches_are_divided_where_a_lamp_lights_a_ceiling_from_close_by() {
+    const SIZE: (usize, usize) = (48, 48);
+    let mut mesh = Mesh::default();
+    mesh.cuboid(DVec3::new(2.5, 1.3, 2.0), DVec3::new(2.5, 1.3, 2.0), DQuat::IDENTITY, Facing::In, 0);
+    let at = |x: f64, z: f64| DVec3::new(x, 2.55, z);
+    mesh.polygon(&[at(2.4, 1.6), at(3.0, 1.6), at(3.0, 2.2), at(2.4, 2.2)], 1);
+    let lamp = Material { emission: Rgb::splat(11.0), sides: Sides::Two, ..grey("lamp", 0.8) };
+    let mut scene = mesh.scene(vec![grey("walls", 0.8), lamp]);
+    let [eye, target] = [DVec3::new(0.4, 1.5, 3.8), DVec3::new(2.7, 1.3, 1.9)].map(|p| scene.frame.to_unit(p));
+    scene.camera = Camera::look_at(eye, target, DVec3::Y, 70.0).expect("a view");
+    let rays = Rays::new(&scene);
+    let transports = scene.transports(Mode::Global.transport());
+    let mut tracer = Tracer::new(&scene, &rays, &transports, SIZE, &TraceSettings::default());
+    tracer.pass(512);
+    let traced = tracer.mean();
+    for seed in 0..2 {
+        let found = rendered(&scene, Mode::Global.transport(), SIZE.into(), 0.02, seed);
+        assert!(found.patches < 30_000, "{}", found.patches);
+        let mean = found.picture.pixels.iter().map(|p| f64::from(p.x)).sum::<f64>() / found.picture.pixels.len() as f64;
+        let allowed = (4.0 * traced.error[0]).hypot(found.error.total * traced.value[0]);
+        assert!((mean - traced.value[0]).abs() < allowed, "{seed}: {mean} {traced:?} {:?}", found.error);
+    }
 }
 
 #[test]

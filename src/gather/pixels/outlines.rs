@@ -21,6 +21,7 @@ use std::time::Instant;
 
 use glam::{DVec2, DVec3, Vec2};
 use halflight_team::{Loop, is_over};
+use rustc_hash::FxHashSet;
 
 use crate::direct::agreement::LikelyShare;
 use crate::gather::pixels::camera_rays::CameraRays;
@@ -131,10 +132,8 @@ fn outlined(camera_rays: &CameraRays, pixels: &[Pixel]) -> Vec<Outlined> {
         .collect();
     // Rays of a pixel may miss what its neighbours show.
     let mut shows = beside(&pixels.iter().map(Pixel::emission_differs).collect::<Vec<_>>(), view.width);
-    for (_, [a, b, c]) in &faces {
-        for edge in [[a, b], [b, c], [c, a]] {
-            projection.pixels_along(edge.map(|p| *p), |k| shows[k] = true);
-        }
+    for edge in outlines(view, &faces) {
+        projection.pixels_along(edge, |k| shows[k] = true);
     }
     shows.iter_mut().zip(pixels).for_each(|(shows, pixel)| *shows &= pixel.light.outline.is_none());
     let mut places = vec![usize::MAX; pixels.len()];
@@ -153,6 +152,28 @@ fn outlined(camera_rays: &CameraRays, pixels: &[Pixel]) -> Vec<Outlined> {
         }
     }
     all
+}
+
+/// The projected edges of faces across which no other face of the same material goes on with the same side in view.
+fn outlines(view: &View, faces: &[(u32, [DVec2; 3])]) -> Vec<[DVec2; 2]> {
+    const NEXT: [usize; 3] = [1, 2, 0];
+    let of_face = |face: u32| {
+        let (corners, material) = (view.scene.corners(face), view.scene.faces[face as usize].material);
+        let front = view.patches.normal(face, Side::Front).dot(view.scene.camera.position - corners[0]) > 0.0;
+        let bits = corners.map(|corner| corner.to_array().map(f32::to_bits));
+        move |from: usize, to: usize| (bits[from], bits[to], material, front)
+    };
+    let directed = |&(face, _): &(u32, [DVec2; 3])| {
+        let edge = of_face(face);
+        (0..3).map(move |k| edge(k, NEXT[k]))
+    };
+    let all: FxHashSet<_> = faces.iter().flat_map(directed).collect();
+    let of_outline = |&(face, polygon): &(u32, [DVec2; 3])| {
+        let (edge, all) = (of_face(face), &all);
+        let ends = (0..3).filter(move |&k| !all.contains(&edge(NEXT[k], k)));
+        ends.map(move |k| [polygon[k], polygon[NEXT[k]]])
+    };
+    faces.iter().flat_map(of_outline).collect()
 }
 
 /// The pixels that are marked, and those next to them.

@@ -84,6 +84,9 @@ pub(crate) struct Division {
 }
 
 impl Division {
+    /// Rays of a round, about: those of the paths that measure it, by four each.
+    pub(crate) const RAYS: f64 = 4.0 * DRAWN as f64;
+
     /// Rays of a patch at first.
     pub(crate) fn first_rays(tolerance: f64) -> u32 {
         ((RAYS.0 * (0.02 / tolerance).min(1.0)) as u32).max(RAYS.1)

@@ -48,6 +48,8 @@ const HELD: Held = Held { casts: 3, solutions: 1, bounces: None };
 const HELPED: f64 = 0.5;
 /// Share of the area whose patches have no larger one, beyond which the two levels show too little.
 const ALONE: f64 = 0.2;
+/// Times as many patches as a round cuts at most.
+const MOST_FINER: f64 = 4.0;
 /// How far below their shares the next round aims.
 const MARGIN: f64 = 1.1;
 
@@ -107,6 +109,12 @@ pub(crate) struct Search<'a> {
     is_first: bool,
     /// Squared error of the light as the check measured it last.
     squared: f64,
+}
+
+/// Whether a round of so many patches, after which more of them may be wanted, casts more rays than one that divides
+/// them where light is uneven.
+fn is_dear(next: Fineness) -> bool {
+    next.patches as f64 * f64::from(next.rays) > Division::RAYS
 }
 
 impl<'a> Search<'a> {
@@ -218,8 +226,9 @@ impl<'a> Search<'a> {
         let helped = squared < HELPED * std::mem::replace(&mut self.squared, squared);
         // Patches half as wide would be as many as triangles, and so could separate those.
         let are_separated = (solved.mode.scene().faces.len()..=FINEST.patches).contains(&(4 * patches));
-        if wrong && helped && !last && are_separated {
-            return Next::Finer(self.finer(patches, Excess { size: f64::INFINITY, ..excess }));
+        let next = self.finer(patches, Excess { size: f64::INFINITY, ..excess });
+        if wrong && helped && !last && are_separated && !is_dear(next) {
+            return Next::Finer(next);
         }
         if wrong && !self.is_tight {
             return Next::Divide(Box::new(solved), f64::INFINITY);
@@ -229,6 +238,9 @@ impl<'a> Search<'a> {
         }
         if is_within(excess) || last || (excess.size > 1.0 && patches >= FINEST.patches) {
             return self.accept(solved, rough);
+        }
+        if patches_for(MARGIN * excess.size) > MOST_FINER && is_dear(next) && !self.is_tight {
+            return Next::Divide(Box::new(solved), squared);
         }
         if excess.size > 1.0 {
             Next::Finer(self.finer(patches, excess))
@@ -255,7 +267,7 @@ impl<'a> Search<'a> {
     /// The patches and rays that errors require: errors of patch size fall as the size to the power
     /// [`ORDER`](crate::render::search::solved::ORDER), noise of F as the root of all rays, at least.
     fn finer(&self, patches: usize, excess: Excess) -> Fineness {
-        let more = patches_for(MARGIN * excess.size).clamp(1.0, 4.0);
+        let more = patches_for(MARGIN * excess.size).clamp(1.0, MOST_FINER);
         let denser = (1.2 * excess.noise * excess.noise / more).clamp(1.0, 16.0);
         Fineness {
             patches: ((patches as f64 * more) as usize).min(FINEST.patches),
