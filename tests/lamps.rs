@@ -278,8 +278,8 @@ fn what_many_lamps_light_from_close_by_is_no_matter_of_luck() {
     assert!(off.abs() < 4.0 * error + 2e-3, "{off} {error}");
 }
 
-/// A lamp that emits to both sides 5 cm below a ceiling, and a picture of the room: the bright gap between is a hundredth
-/// of all surfaces, and what it lights is smooth. Patches of one size that were small enough for it were 139,000.
+/// A lamp that emits to both sides 5 cm below a ceiling: the bright gap between is a hundredth of all surfaces, and
+/// what it lights is smooth. Patches of one size that were small enough for it were 139,000.
 #[test]
 fn patches_are_divided_where_a_lamp_lights_a_ceiling_from_close_by() {
     const SIZE: (usize, usize) = (48, 48);

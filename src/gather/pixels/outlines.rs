@@ -73,8 +73,8 @@ struct Outlined {
 }
 
 /// Measures the emission of all pixels that show the outline of an emitter, or whose camera rays disagree about it, but
-/// for those that were measured before,
-/// until its noise is such a share of its RMS, and of that of reflected light, or the time is over.
+/// for those that were measured before, until its noise is such a share of its RMS, and of that of reflected light, or
+/// the time is over.
 pub(crate) fn measure_outlines(camera_rays: &CameraRays, pixels: &mut [Pixel], noise: f64, deadline: Option<Instant>) {
     let mut outlined = outlined(camera_rays, pixels);
     let mut due: Vec<usize> = (0..outlined.len()).collect();
