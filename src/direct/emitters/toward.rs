@@ -81,7 +81,7 @@ impl Luminaire {
             return toward.unwrap_or_else(|| self.nothing(at));
         }
         if self.is_near(x, if self.is_flat() { NEAR } else { NEAR_BODY }) {
-            return self.from_near((from, normal), at);
+            return self.drawn_near((from, normal), at);
         }
         let point = self.point(at.x, at.y);
         let kernel = point_kernel(from, normal, point.position.as_dvec3(), point.normal);
@@ -109,7 +109,7 @@ impl Luminaire {
     }
 
     /// A point drawn by directions from near, of many triangles within one that is drawn by about what it sends.
-    fn from_near(&self, (x, n): (DVec3, DVec3), at: Vec2) -> Toward {
+    fn drawn_near(&self, (x, n): (DVec3, DVec3), at: Vec2) -> Toward {
         let relative = |of: &EmittingTriangle| of.exact.map(|p| p - x);
         let mut pieces = Pieces::new();
         if self.triangles.len() <= LOOKED_AT {
