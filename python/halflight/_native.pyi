@@ -440,7 +440,7 @@ def open_folder(folder: str | PathLike[str], asked: Incomplete) -> tuple[Scene, 
     What a folder was solved for, made again from its F; the number of bounces is none where it has no light.
     """
 
-def open_scene(scene: str, two_sided: bool, reflectance: SupportsFloat | SupportsIndex | None, light: str | None, highlights: bool, camera: str | None, unit: str | None) -> Scene:
+def open_scene(scene: str, two_sided: bool, reflectance: SupportsFloat | SupportsIndex | None, light: str | None, highlights: bool, camera: str | None, unit: str | None, as_modelled: bool) -> Scene:
     """
     Reads a file, or a built-in scene, on another thread, so that signals are heard.
     """

@@ -454,6 +454,7 @@ def load(
     highlights: bool = False,
     camera: str | None = None,
     unit: Literal["m", "cm", "mm", "in", "ft"] | None = None,
+    as_modelled: bool = False,
 ) -> Scene:
     """Reads a scene.
 
@@ -475,6 +476,8 @@ def load(
     unit : {"m", "cm", "mm", "in", "ft"}, optional
         Unit of positions in the files, which lights without area need; that of the scene file, else metres, where it
         is left out.
+    as_modelled : bool
+        Leave rooms whose faces look outward as they are. A closed one that the camera is in is turned otherwise.
 
     Returns
     -------
@@ -498,6 +501,7 @@ def load(
         arguments.flag("highlights", highlights),
         None if camera is None else arguments.text("camera", camera),
         None if unit is None else arguments.choice("unit", unit, ["m", "cm", "mm", "in", "ft"]),
+        arguments.flag("as_modelled", as_modelled),
     )
     scene = Scene._of(found)
     scene._warn()

@@ -8,7 +8,9 @@ use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 use halflight::light::{Rgb, Visibility};
-use halflight::scene::{AddedLight, Camera, Emitters, GivenFace, LoadOptions, Material, Sides, SkyLight, builtin};
+use halflight::scene::{
+    AddedLight, Camera, Emitters, GivenFace, LoadOptions, Material, Sides, SkyLight, Winding, builtin,
+};
 use halflight::{Solver, Transport};
 use halflight_export::{scene_from_bytes as of_bytes, scene_to_bytes};
 use numpy::ndarray::Array2;
@@ -93,11 +95,13 @@ pub fn open_scene(
     highlights: bool,
     camera: Option<&str>,
     unit: Option<&str>,
+    as_modelled: bool,
 ) -> PyResult<Scene> {
+    let winding = if as_modelled { Winding::AsModelled } else { Winding::Turned };
     let unit = unit.and_then(|symbol| symbol.parse().ok());
     let light = light.map(|light| if light == "sky" { AddedLight::Sky } else { AddedLight::Ceiling });
     let two_sided = if two_sided { Sides::Two } else { Sides::One };
-    let options = LoadOptions { two_sided, reflectance, light, highlights, unit };
+    let options = LoadOptions { two_sided, reflectance, light, highlights, unit, winding };
     let read = || {
         let mut scene = halflight::Scene::open_with(scene, options)?;
         if let Some(name) = camera {
@@ -111,7 +115,7 @@ pub fn open_scene(
 /// The names of the built-in scenes, each with a line on it.
 #[pyfunction]
 pub fn builtin_scenes() -> Vec<(&'static str, &'static str)> {
-    builtin::NAMES.to_vec()
+    builtin::listed().collect()
 }
 
 /// Makes a scene of polygons: `counts` corners each, one after the other in `corners`.

@@ -47,8 +47,13 @@ pub const ALL: [Files; 5] = [
     embed!("two-rooms"),
 ];
 
-/// The room of the figures for print: found by its name, and not in the list of scenes to study.
+/// The room of the figures for print: not among the scenes to study.
 pub const GALLERY: Files = embed!("gallery");
+
+/// Names and lines on all built-in scenes, that of the figures last.
+pub fn listed() -> impl Iterator<Item = (&'static str, &'static str)> {
+    NAMES.into_iter().chain([(GALLERY.name, "a lamp, a partition, a table and two balls: each mode at a glance")])
+}
 
 /// The files of the scene of that name.
 pub fn find(name: &str) -> Option<&'static Files> {

@@ -61,7 +61,7 @@ impl Camera {
 
     /// A camera that frames the first of the scene's faces, so many; all of them may shine.
     pub(crate) fn framing_first(scene: &Scene, faces: u32) -> Camera {
-        let walls = Walls::new(scene, faces);
+        let walls = Walls::new(scene, 0..faces);
         if walls.are_of_a_room(scene) {
             from_corner(scene, &walls)
         } else {

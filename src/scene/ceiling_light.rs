@@ -43,7 +43,7 @@ const RAYS: usize = 16;
 
 /// Adds the luminaire of a scene to the polygons that the scene was made of.
 pub(crate) fn add(scene: &Scene, soup: &mut Soup) {
-    let walls = Walls::new(scene, scene.solid_faces());
+    let walls = Walls::new(scene, 0..scene.solid_faces());
     let (size, middle, bottom) = (walls.bounds.size(), walls.bounds.middle(), walls.bounds.low.y);
     let wide = size.x.max(size.z).max(MARGIN);
     // What has no depth, like a wall alone, is lit from a place that has.

@@ -69,11 +69,11 @@ pub(crate) struct Met {
 }
 
 impl Walls {
-    /// The first faces of a scene, so many.
-    pub(super) fn new(scene: &Scene, faces: u32) -> Walls {
-        let corners = (0..faces).flat_map(|face| scene.corners(face)).map(|corner| corner.as_dvec3());
+    /// Some faces of a scene.
+    pub(super) fn new(scene: &Scene, faces: impl Iterator<Item = u32> + Clone) -> Walls {
+        let corners = faces.clone().flat_map(|face| scene.corners(face)).map(|corner| corner.as_dvec3());
         let mut walls = Walls { list: Vec::new(), boxes: Vec::new(), bounds: Bounds::of(corners) };
-        for face in 0..faces {
+        for face in faces {
             let [a, b, c] = scene.corners(face);
             let material = scene.material(face);
             if !material.is_masked() {
@@ -123,13 +123,27 @@ impl Walls {
         self.nearest(&rays).chunks(DIRECTIONS).map(Ends::of).collect()
     }
 
-    /// Whether a scene of these walls is a room that is looked at from inside.
-    pub(super) fn are_of_a_room(&self, scene: &Scene) -> bool {
+    /// Where rays all around from one place end, ten times as many as from each of several.
+    pub(super) fn from_one(&self, place: Vec3) -> Vec<Option<Met>> {
+        let rays: Vec<Line> = (0..10).flat_map(directions).map(|way| (place, way)).collect();
+        self.nearest(&rays)
+    }
+
+    /// Whether next to no rays from most places within escape.
+    pub(super) fn are_closed(&self) -> bool {
+        self.closed().is_some()
+    }
+
+    /// What rays from places within find, those from which fewest escape first; none where they are not closed.
+    fn closed(&self) -> Option<Vec<Ends>> {
         let mut ends = self.around(self.places().map(|place| place.as_vec3()));
         ends.sort_by_key(|ends| ends.escaped);
-        if ends[ends.len() / 2].escaped_share() > CLOSED {
-            return false;
-        }
+        (ends[ends.len() / 2].escaped_share() <= CLOSED).then_some(ends)
+    }
+
+    /// Whether a scene of these walls is a room that is looked at from inside.
+    pub(super) fn are_of_a_room(&self, scene: &Scene) -> bool {
+        let Some(ends) = self.closed() else { return false };
         let inside: Vec<&Ends> = ends.iter().filter(|ends| ends.escaped_share() <= CLOSED).collect();
         let [in_there, outside] = self.lights(scene);
         if in_there && !outside {
@@ -258,7 +272,7 @@ mod tests {
     fn boxes_hide_no_wall() {
         for (name, _) in NAMES {
             let scene = Scene::builtin(name, LoadOptions::default()).unwrap().unwrap();
-            let walls = Walls::new(&scene, scene.solid_faces());
+            let walls = Walls::new(&scene, 0..scene.solid_faces());
             let all_around = |(turn, place): (usize, DVec3)| directions(turn).map(move |way| (place.as_vec3(), way));
             let axes = [Vec3::X, Vec3::NEG_Y, Vec3::Z].map(|way| (walls.bounds.low.as_vec3(), way));
             let rays: Vec<Line> = walls.places().enumerate().flat_map(all_around).chain(axes).collect();

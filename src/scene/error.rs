@@ -46,8 +46,15 @@ impl fmt::Display for Place {
 pub enum SceneError {
     /// Neither a built-in scene nor a file.
     #[error("there is no scene named `{name}`, and no such file")]
-    #[diagnostic(help("give a path to an .obj, .glb, .gltf or .toml file, or one of the built-in scenes: {known}"))]
-    NoSuchScene { name: String, known: String },
+    #[diagnostic(help(
+        "{nearest}give a path to an .obj, .glb, .gltf or .toml file, or one of the built-in scenes: {known}"
+    ))]
+    NoSuchScene { name: String, nearest: String, known: String },
+
+    /// The path is a folder.
+    #[error("{file} is a folder, not a scene")]
+    #[diagnostic(help("{held}"))]
+    Folder { file: String, held: String },
 
     /// The path's extension is none of `.obj`, `.glb`, `.gltf` and `.toml`.
     #[error("{file} is neither an OBJ nor a scene file nor glTF")]
@@ -268,6 +275,7 @@ impl SceneError {
         use SceneError::*;
         match self {
             UnknownKind { file }
+            | Folder { file, .. }
             | OtherKind { file, .. }
             | Read { file, .. }
             | Gltf { file, .. }

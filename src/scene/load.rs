@@ -12,7 +12,8 @@ use crate::light::Rgb;
 use crate::scene::build::assemble;
 use crate::scene::emission::SkyLight;
 use crate::scene::error::{About, SceneError, list};
-use crate::scene::model::{AddedLight, Camera, LoadOptions, Scene};
+use crate::scene::inside_out::turn_inside_out;
+use crate::scene::model::{AddedLight, Camera, LoadOptions, Scene, Winding};
 use crate::scene::obj::lines::decode;
 use crate::scene::other_kinds::{refuse_gltf, refuse_other_kind};
 use crate::scene::punctual::PunctualLight;
@@ -28,7 +29,7 @@ impl Scene {
     pub fn load(path: &Path, options: LoadOptions) -> Result<Scene, SceneError> {
         let shown = path.display().to_string();
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-        if !matches!(extension.as_str(), "obj" | "glb" | "gltf" | "toml") {
+        if !KINDS.contains(&extension.as_str()) {
             return Err(SceneError::UnknownKind { file: shown });
         }
         let bytes = fs::read(path).map_err(|source| SceneError::Read { file: shown.clone(), source })?;
@@ -73,8 +74,12 @@ impl Scene {
         }
         let path = Path::new(name_or_path);
         if !path.exists() {
-            let known: Vec<&str> = builtin::NAMES.iter().map(|(name, _)| *name).collect();
-            return Err(SceneError::NoSuchScene { name: name_or_path.to_owned(), known: known.join(", ") });
+            let known: Vec<&str> = builtin::listed().map(|(name, _)| name).collect();
+            let nearest = nearest(name_or_path).map_or(String::new(), |name| format!("did you mean `{name}`? "));
+            return Err(SceneError::NoSuchScene { name: name_or_path.to_owned(), nearest, known: known.join(", ") });
+        }
+        if path.is_dir() {
+            return Err(SceneError::Folder { file: name_or_path.to_owned(), held: scenes_in(path) });
         }
         Scene::load(path, options)
     }
@@ -142,11 +147,40 @@ impl Scene {
     }
 }
 
+/// Likeness of words from which one may stand for the other.
+const ALIKE: f64 = 0.8;
+
+/// The built-in scene whose name is most like a word, if one is like it at all.
+fn nearest(word: &str) -> Option<&'static str> {
+    let alike = |name: &str| strsim::jaro_winkler(word, name);
+    let found = builtin::listed().map(|(name, _)| name).max_by(|a, b| alike(a).total_cmp(&alike(b)))?;
+    (alike(found) >= ALIKE).then_some(found)
+}
+
+/// The names of the scene files in a folder, as a sentence.
+fn scenes_in(folder: &Path) -> String {
+    let is_scene =
+        |path: &Path| path.extension().is_some_and(|end| KINDS.iter().any(|kind| end.eq_ignore_ascii_case(kind)));
+    let entries = fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok).map(|entry| entry.path());
+    let mut names: Vec<String> = entries.filter(|path| is_scene(path)).map(|path| path.display().to_string()).collect();
+    names.sort();
+    if names.is_empty() {
+        "it has no .obj, .glb, .gltf or .toml file".into()
+    } else {
+        format!("give a file in it: {}", list(names.iter().map(String::as_str)))
+    }
+}
+
+/// How names of scene files end.
+const KINDS: [&str; 4] = ["obj", "glb", "gltf", "toml"];
+
 fn from_geometry(input: &SceneInput) -> Result<Scene, SceneError> {
     let mut soup = read_geometry(input)?;
     soup.unit = input.options.unit.or(soup.unit);
     input.options.apply(&mut soup.materials, |_| false);
+    let (is_framed, objects) = (soup.cameras.is_empty(), soup.objects.len());
     let mut scene = assemble_lit(soup, input.options.light)?;
+    turn(&mut scene, input.options, is_framed.then_some(objects));
     let is_assumed = input.options.unit.is_none() && !scene.lights.is_empty();
     warn_of_metres(&mut scene, is_assumed);
     Ok(scene)
@@ -197,13 +231,30 @@ fn from_scene_file(input: &SceneInput) -> Result<Scene, SceneError> {
     // Where light is may decide from where a scene is looked at; an added luminaire is not looked at.
     let is_framed_lit = read.is_lit() && !read.has_camera() && options.light != Some(AddedLight::Ceiling);
     soup.has_view = read.has_camera() || is_framed_lit;
+    let (is_framed, objects) = (!read.has_camera() && soup.cameras.is_empty(), soup.objects.len());
     let mut scene = assemble_lit(soup, options.light)?;
     read.finish(&text, &mut scene, reader)?;
     warn_of_metres(&mut scene, is_assumed && (is_lit || read.is_photometric()));
     if is_framed_lit && scene.cameras.is_empty() {
         scene.camera = Camera::framing(&scene);
     }
+    turn(&mut scene, options, is_framed.then_some(objects));
     Ok(scene)
+}
+
+/// Turns the rooms whose faces look outward, as far as is wanted. Where no file gives the camera, which frames the
+/// faces of the first `framed` objects, it is chosen anew.
+fn turn(scene: &mut Scene, options: LoadOptions, framed: Option<usize>) {
+    let is_turned = options.winding == Winding::Turned && turn_inside_out(scene);
+    if let Some(objects) = framed.filter(|_| is_turned) {
+        scene.camera = Camera::framing_first(scene, first_faces(scene, objects));
+    }
+}
+
+/// How many faces those of the first objects are, so many; light that was added is of others.
+fn first_faces(scene: &Scene, objects: usize) -> u32 {
+    let others = scene.faces.iter().position(|face| face.object as usize >= objects);
+    others.map_or(scene.solid_faces(), |first| first as u32)
 }
 
 /// Reads an OBJ or a glTF. Faces of opacity 0 are left out.
@@ -229,7 +280,7 @@ fn assemble_lit(mut soup: Soup, light: Option<AddedLight>) -> Result<Scene, Scen
     let Some(light) = light else { return assemble(soup) };
     let is_framed = soup.cameras.is_empty() && !soup.has_view;
     soup.has_view = true;
-    let object = soup.objects.len() as u32;
+    let objects = soup.objects.len();
     let mut scene = assemble(soup.clone())?;
     match light {
         AddedLight::Ceiling => {
@@ -239,8 +290,7 @@ fn assemble_lit(mut soup: Soup, light: Option<AddedLight>) -> Result<Scene, Scen
         AddedLight::Sky => scene.set_sky(SkyLight { upper: Rgb::ONE, lower: Rgb::ONE }, DVec3::Y),
     }
     if is_framed {
-        let added = scene.faces.iter().position(|face| face.object == object);
-        scene.camera = Camera::framing_first(&scene, added.unwrap_or(scene.faces.len()) as u32);
+        scene.camera = Camera::framing_first(&scene, first_faces(&scene, objects));
     }
     Ok(scene)
 }

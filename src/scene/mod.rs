@@ -18,6 +18,7 @@ mod emission;
 mod enclosure;
 mod error;
 mod gltf;
+mod inside_out;
 mod load;
 mod model;
 mod obj;
@@ -37,7 +38,7 @@ pub use emission::{Emitters, MOST_EMITTERS, SkyLight};
 pub use error::{About, Place, SceneError, ViewError, Warning};
 pub use model::{
     AddedLight, Camera, DEFAULT_FOV, DEFAULT_GREY, DEFAULT_RHO, Face, LoadOptions, Material, NO_MATERIAL, NamedCamera,
-    Scene, Sides, Sky, UnitFrame,
+    Scene, Sides, Sky, UnitFrame, Winding,
 };
 pub use polygon::THINNEST;
 pub use punctual::photometry::{DrawnDirection, EFFICACY, Photometry};

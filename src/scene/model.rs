@@ -210,6 +210,18 @@ pub struct LoadOptions {
     pub highlights: bool,
     /// The unit of positions, in place of what the files say.
     pub unit: Option<LengthUnit>,
+    /// What becomes of rooms whose faces look outward.
+    pub winding: Winding,
+}
+
+/// What becomes of a closed shell that the camera is in and whose faces look outward, so that it shows black backs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Winding {
+    /// It is turned, which a warning says.
+    #[default]
+    Turned,
+    /// It stays as its file has it.
+    AsModelled,
 }
 
 /// Light added to a scene.
@@ -224,7 +236,14 @@ pub enum AddedLight {
 
 impl Default for LoadOptions {
     fn default() -> Self {
-        LoadOptions { two_sided: Sides::One, reflectance: None, light: None, highlights: false, unit: None }
+        LoadOptions {
+            two_sided: Sides::One,
+            reflectance: None,
+            light: None,
+            highlights: false,
+            unit: None,
+            winding: Winding::Turned,
+        }
     }
 }
 

@@ -7,7 +7,7 @@ use std::sync::Mutex;
 use halflight_team as team;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::error::CliError;
+use crate::error::{CliError, columns, warning};
 use halflight::pictures::WriteError;
 use halflight::render::Watch;
 
@@ -52,7 +52,7 @@ impl Console {
     pub fn warn(&self, line: impl AsRef<str>) {
         if self.warns() && team::speaks() {
             self.clear();
-            let _ = writeln!(stderr(), "warning: {}", line.as_ref());
+            let _ = writeln!(stderr(), "{}", warning(line.as_ref(), columns()));
         }
     }
 
@@ -66,6 +66,14 @@ impl Console {
             let text = serde_json::to_string_pretty(report).expect("reports have string keys");
             self.print(&text);
         }
+        self.end()
+    }
+
+    /// What became of all that was printed.
+    ///
+    /// # Errors
+    /// As [`Console::report`].
+    pub fn end(&self) -> Result<(), CliError> {
         let failure = self.failure.lock().ok().and_then(|mut f| f.take());
         match failure {
             Some(source) if source.kind() != io::ErrorKind::BrokenPipe => {
@@ -76,7 +84,7 @@ impl Console {
     }
 
     /// Writes a line to stdout, or remembers why it could not.
-    fn print(&self, line: &str) {
+    pub fn print(&self, line: &str) {
         let mut out = stdout();
         let written = writeln!(out, "{line}").and_then(|()| out.flush());
         if let (Err(error), Ok(mut failure)) = (written, self.failure.lock()) {

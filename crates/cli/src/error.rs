@@ -227,9 +227,7 @@ fn divergence_advice(diverges: &Diverges) -> String {
 
 /// Writes the error to stderr. Lines are wrapped on a terminal only, so that a path stays in one piece elsewhere.
 pub fn show(error: &CliError) {
-    let terminal = Term::stderr();
-    let columns = terminal.is_term().then(|| usize::from(terminal.size().1));
-    let _ = writeln!(stderr(), "{}", text(error, columns));
+    let _ = writeln!(stderr(), "{}", text(error, columns()));
 }
 
 /// The error in lines of at most `columns`, where there is a limit; ends with a line break.
@@ -241,6 +239,24 @@ fn text(error: &CliError, columns: Option<usize>) -> String {
         text += &block(&style("  help: ").cyan().for_stderr().to_string(), "        ", &advice, columns);
     }
     text
+}
+
+/// A warning in lines of at most `columns`, where there is a limit, without a line break at its end.
+pub fn warning(text: &str, columns: Option<usize>) -> String {
+    let (first, rest) = (style("warning: ").yellow().for_stderr().to_string(), " ".repeat("warning: ".len()));
+    let Some(columns) = columns else { return format!("{first}{text}") };
+    let mut lines = text.lines();
+    let mut wrapped = block(&first, &rest, lines.next().unwrap_or_default(), Some(columns));
+    // What stands in lines of its own is to be copied.
+    lines.for_each(|line| wrapped += &format!("{line}\n"));
+    wrapped.truncate(wrapped.trim_end().len());
+    wrapped
+}
+
+/// The columns of the terminal that stderr is; none where it is none.
+pub fn columns() -> Option<usize> {
+    let terminal = Term::stderr();
+    terminal.is_term().then(|| usize::from(terminal.size().1))
 }
 
 /// A paragraph: its first line after `first`, the others after `rest`.
@@ -256,6 +272,15 @@ fn block(first: &str, rest: &str, paragraph: &str, columns: Option<usize>) -> St
 mod tests {
     use super::*;
     use halflight::operator::Bounds;
+
+    #[test]
+    fn warnings_are_broken_between_words_and_what_is_to_be_copied_is_not() {
+        let text = "walls are seen from behind: give them two sides by\n  [materials.Walls]\n  two_sided = true";
+        let wrapped = warning(text, Some(40));
+        assert!(wrapped.lines().all(|line| line.chars().count() <= 40), "{wrapped}");
+        assert!(wrapped.ends_with("sides by\n  [materials.Walls]\n  two_sided = true"), "{wrapped}");
+        assert_eq!(warning(text, None), format!("warning: {text}"));
+    }
 
     #[test]
     fn what_is_not_proved_has_its_own_code_and_words() {

@@ -9,6 +9,7 @@ use serde::Serialize;
 use crate::console::Console;
 use crate::error::CliError;
 use crate::options::arguments::{Common, Completion, MemoryLimit};
+use crate::pictures::make_folder_of;
 use halflight::pictures::{check_destination, make_directory, write_whole};
 use halflight::render::Fineness;
 use halflight_explore::{Counts, Page, TermsEffort, Words, page};
@@ -81,6 +82,7 @@ pub fn run(own: &Explore, common: &Common, console: &Console) -> Result<(), CliE
             common.out.join(format!("{}.html", scene.name))
         }
     };
+    make_folder_of(&file)?;
     check_destination(&file)?;
     let title = own.title.clone().unwrap_or_else(|| scene.name.clone());
     let words = Words { title, attribution: own.attribution.clone() };

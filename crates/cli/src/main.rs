@@ -36,7 +36,9 @@ use std::process::ExitCode;
 use std::thread::sleep;
 use std::time::Duration;
 
+use clap::error::{ContextKind, ContextValue};
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap_complete::Shell;
 use halflight_team as team;
 use serde::Serialize;
 
@@ -113,6 +115,13 @@ enum Command {
     Map(MapArguments),
     /// List the scenes that are built in
     Scenes,
+    /// Print what a shell needs to complete commands and options
+    Completions {
+        /// bash, zsh, fish, elvish or powershell
+        shell: Shell,
+    },
+    /// Print the manual page
+    Man,
 }
 
 /// The shells' 128 + 2 for a program ended by SIGINT.
@@ -155,7 +164,19 @@ fn arguments() -> Result<Cli, clap::Error> {
     };
     let command = Cli::command().mut_args(numbers);
     let matches = command.mut_subcommands(|c| c.mut_args(numbers)).try_get_matches();
-    matches.and_then(|matches| Cli::from_arg_matches(&matches))
+    matches.and_then(|matches| Cli::from_arg_matches(&matches)).map_err(with_render_before_scenes)
+}
+
+/// An error that says how a scene is rendered, where one stands in the place of a command.
+fn with_render_before_scenes(mut error: clap::Error) -> clap::Error {
+    let Some(ContextValue::String(given)) = error.get(ContextKind::InvalidSubcommand) else { return error };
+    let extension = given.rsplit_once('.').map_or(String::new(), |(_, extension)| extension.to_ascii_lowercase());
+    if matches!(&extension[..], "obj" | "glb" | "gltf" | "toml") || builtin::find(given).is_some() {
+        let tip = format!("a scene is rendered by `halflight render {given}`");
+        error.remove(ContextKind::SuggestedSubcommand);
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+    }
+    error
 }
 
 /// From here on an interrupt ends the program cleanly: finished files stay whole, and nothing unfinished is left.
@@ -200,7 +221,23 @@ fn run(Cli { command, common }: Cli) -> Result<(), CliError> {
         Command::Trace(own) => trace::run(own, &common, &console),
         Command::Map(own) => map::run(own, &common, &console),
         Command::Scenes => scenes(&console),
+        Command::Completions { shell } => {
+            let mut text = Vec::new();
+            clap_complete::generate(*shell, &mut Cli::command(), "halflight", &mut text);
+            print(&console, &text)
+        }
+        Command::Man => {
+            let mut text = Vec::new();
+            clap_mangen::Man::new(Cli::command()).render(&mut text).expect("memory takes all that is written");
+            print(&console, &text)
+        }
     }
+}
+
+/// Prints a text that other programs read, which `--quiet` does not hold back.
+fn print(console: &Console, text: &[u8]) -> Result<(), CliError> {
+    console.print(String::from_utf8_lossy(text).trim_end());
+    console.end()
 }
 
 /// Lists the built-in scenes.
@@ -212,7 +249,7 @@ fn scenes(console: &Console) -> Result<(), CliError> {
         triangles: u32,
     }
     let mut list = Vec::new();
-    for (name, description) in builtin::NAMES {
+    for (name, description) in builtin::listed() {
         let triangles = Scene::open(name)?.solid_faces();
         console.say(format!("{name:<18} {triangles:>6} triangles  {description}"));
         list.push(Listed { name, description, triangles });

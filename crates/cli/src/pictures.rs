@@ -33,8 +33,9 @@ pub struct Places<'a> {
 impl Places<'_> {
     /// Makes sure that every file can be written, before the work that is to fill it.
     pub fn check(&self, transports: &[Transport]) -> Result<(), CliError> {
-        if self.output.is_none() {
-            make_directory(self.directory)?;
+        match self.output {
+            None => make_directory(self.directory)?,
+            Some(path) => make_folder_of(path)?,
         }
         for &transport in transports {
             check_destination(self.picture(transport))?;
@@ -65,6 +66,12 @@ impl Places<'_> {
             Some(path) => with_suffix(path, "modes", "png"),
         }
     }
+}
+
+/// Makes the folder that a file is to lie in, if there is none.
+pub fn make_folder_of(path: &Path) -> Result<(), CliError> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.exists());
+    Ok(folder.map_or(Ok(()), make_directory)?)
 }
 
 fn with_suffix(path: &Path, suffix: &str, extension: &str) -> PathBuf {

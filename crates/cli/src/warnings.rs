@@ -32,33 +32,47 @@ pub fn warn_of_backs(console: &Console, pictured: &Pictured, shares: impl Iterat
         return;
     }
     console.warn(format!(
-        "{:.1} % of the camera's rays meet the black backs of one-sided faces{}: turn these, or give them two sides, by \
-         `two_sided = true` for their material in a scene file, or all faces by --two-sided",
+        "{:.1} % of the camera's rays meet the black backs of one-sided faces{}",
         100.0 * share,
-        objects_from_behind(pictured),
+        from_behind(pictured),
     ));
 }
 
-/// The objects whose black backs a grid of camera rays meets, the most seen first.
-fn objects_from_behind(&Pictured { scene, rays, size }: &Pictured) -> String {
+/// The objects whose black backs a grid of camera rays meets, the most seen first, and what helps.
+fn from_behind(&Pictured { scene, rays, size }: &Pictured) -> String {
     let Size { width, height } = grid(size);
-    let mut counts = vec![0; scene.objects.len()];
+    let mut counts = [vec![0; scene.objects.len()], vec![0; scene.materials.len()]];
     for k in 0..width * height {
         let (x, y) = ((k % width) as f32 + 0.5, (k / width) as f32 + 0.5);
         let (origin, direction) = scene.camera.ray(x / width as f32, y / height as f32, width as f32 / height as f32);
         let hit = rays.closest(&Ray { origin, direction, source: None });
         if let Some(hit) = hit.filter(|hit| hit.side == Side::Back && reflects_in_front(scene, hit.face)) {
-            counts[scene.faces[hit.face as usize].object as usize] += 1;
+            let face = scene.faces[hit.face as usize];
+            counts[0][face.object as usize] += 1;
+            counts[1][face.material as usize] += 1;
         }
     }
-    let mut order: Vec<usize> = (0..counts.len()).filter(|&object| counts[object] > 0).collect();
-    order.sort_by_key(|&object| std::cmp::Reverse(counts[object]));
-    let names: Vec<&str> = order.iter().take(NAMED).map(|&object| scene.objects[object].as_str()).collect();
-    match order.len().saturating_sub(NAMED) {
-        _ if names.is_empty() => String::new(),
-        0 => format!(", of {}", names.join(", ")),
-        more => format!(", of {} and {more} more", names.join(", ")),
-    }
+    let [objects, materials] = counts.map(|counts| most_first(&counts));
+    let objects: Vec<&str> = objects.iter().map(|&object| scene.objects[object].as_str()).collect();
+    let materials: Vec<&str> = materials.iter().take(NAMED).map(|&m| scene.materials[m].name.as_str()).collect();
+    let of = match objects.len().saturating_sub(NAMED) {
+        _ if objects.is_empty() => return ": turn these, or give them two sides, by --two-sided".into(),
+        0 => format!(", of {}", objects.join(", ")),
+        more => format!(", of {} and {more} more", objects[..NAMED].join(", ")),
+    };
+    let tables = materials.iter().map(|name| format!("\n  [materials.{name:?}]\n  two_sided = true"));
+    format!(
+        "{of}: turn these, or give them two sides, by --two-sided={} or in a scene file by{}",
+        materials.join(","),
+        tables.collect::<String>(),
+    )
+}
+
+/// The numbers of what was counted at all, the largest counts first.
+fn most_first(counts: &[usize]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..counts.len()).filter(|&k| counts[k] > 0).collect();
+    order.sort_by_key(|&k| std::cmp::Reverse(counts[k]));
+    order
 }
 
 /// A grid of the picture's shape.

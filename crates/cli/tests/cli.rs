@@ -309,7 +309,7 @@ fn quad_area(obj: &str) -> f64 {
 #[test]
 fn scenes_lists_what_is_built_in() {
     let place = place(&[]);
-    let names = ["cornell-box", "furnace", "concentric-spheres", "furnished-room", "two-rooms"];
+    let names = ["cornell-box", "furnace", "concentric-spheres", "furnished-room", "two-rooms", "gallery"];
     let ran = succeed(&place, "scenes");
     let listed: Vec<&str> = ran.out.lines().filter_map(|l| l.split_whitespace().next()).collect();
     assert_eq!(listed, names);

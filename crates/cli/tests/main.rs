@@ -9,6 +9,7 @@ mod compare;
 mod explore;
 mod exports;
 mod factors_command;
+mod first_minute;
 mod glb_camera;
 mod interrupt;
 mod kept;

@@ -1,7 +1,7 @@
 //! Rooms whose walls are wound either way: the camera that a file without one gets, and what is said of black backs.
 
 use glam::{DVec3, Vec3};
-use halflight::scene::{AddedLight, Camera, LoadOptions, Scene, Sides, SkyLight};
+use halflight::scene::{AddedLight, Camera, LoadOptions, Scene, Sides, SkyLight, Winding};
 
 use crate::run;
 
@@ -35,8 +35,14 @@ fn is_inside(scene: &Scene) -> bool {
     eye.cmpgt(DVec3::ZERO).all() && eye.cmplt(DVec3::new(4.0, 3.0, 5.0)).all()
 }
 
-const TWO: LoadOptions =
-    LoadOptions { two_sided: Sides::Two, reflectance: None, light: None, highlights: false, unit: None };
+const TWO: LoadOptions = LoadOptions {
+    two_sided: Sides::Two,
+    reflectance: None,
+    light: None,
+    highlights: false,
+    unit: None,
+    winding: Winding::Turned,
+};
 
 #[test]
 fn a_room_with_a_lamp_in_it_is_seen_from_inside_however_it_is_wound() {
@@ -114,6 +120,77 @@ fn a_two_sided_ceiling_is_one_however_it_is_wound() {
     assert!(height(&[0, 1, 2, 3, 4, 5], Sides::One).0 > 3.0);
 }
 
+/// Whether some of a scene was turned inside out.
+fn is_turned(scene: &Scene) -> bool {
+    scene.warnings.iter().any(|warning| warning.text.contains("turned inside out"))
+}
+
+const ALL: [usize; 6] = [0, 1, 2, 3, 4, 5];
+
+/// The room as one object, with fewer of its walls or wound outwards.
+fn as_one(outwards: &[usize], more: &str) -> String {
+    room(outwards, more).lines().filter(|line| !line.starts_with("o wall")).map(|line| format!("{line}\n")).collect()
+}
+
+/// A scaled default cube is wound outwards: the picture was black, without an error.
+#[test]
+fn a_closed_room_that_looks_outward_is_turned() {
+    let plain = read(&room(&[], LAMP), LoadOptions::default());
+    for text in [room(&ALL, LAMP), as_one(&ALL, LAMP)] {
+        let turned = read(&text, LoadOptions::default());
+        assert!(is_turned(&turned) && turned.camera == plain.camera);
+        for face in 0..turned.solid_faces() {
+            let [a, b, c] = turned.exact_corners(face);
+            // The middle of unit coordinates is that of the room; the lamp faces down as it did.
+            assert!((b - a).cross(c - a).dot(a) < 0.0, "{face}");
+        }
+        let kept = read(&text, LoadOptions { winding: Winding::AsModelled, ..LoadOptions::default() });
+        assert!(!is_turned(&kept) && kept.faces[0].vertices != turned.faces[0].vertices);
+    }
+    // By a camera of its own, and lit from outside, through a window.
+    let toml = "obj = \"s.obj\"\n[camera]\nposition = [1, 1, 1]\ntarget = [2, 1, 3]\n[sky]\nradiance = [1, 1, 1]";
+    let wall = "v 1 1 0\nv 1 2.5 0\nv 3 2.5 0\nv 3 1 0\nf 9 12 4 1\nf 12 11 3 4\nf 11 10 2 3\nf 10 9 1 2\n";
+    let text = as_one(&ALL, wall).replace("f 2 3 4 1\n", "");
+    assert!(is_turned(&Scene::from_toml_text("s", toml, &text, MTL, LoadOptions::default()).expect("a scene")));
+}
+
+#[test]
+fn what_is_right_or_open_or_seen_from_outside_is_not_turned() {
+    let given = |at: &str, text: &str| {
+        let toml = format!("obj = \"s.obj\"\n[camera]\nposition = {at}\ntarget = [2, 1, 2.5]");
+        is_turned(&Scene::from_toml_text("s", &toml, text, MTL, LoadOptions::default()).expect("a scene"))
+    };
+    let [inside, outside] = ["[1, 1, 1]", "[9, 5, 12]"];
+    assert!(!given(inside, &as_one(&[], LAMP)), "its fronts are inside");
+    assert!(given(inside, &as_one(&ALL, LAMP)) && !given(outside, &as_one(&ALL, LAMP)));
+    // The outer faces of walls with thickness look outward.
+    let corners = "v -1 -1 -1\nv -1 4 -1\nv 5 4 -1\nv 5 -1 -1\nv -1 -1 6\nv -1 4 6\nv 5 4 6\nv 5 -1 6\n";
+    let outer = "f 12 16 13 9\nf 14 15 11 10\nf 13 14 10 9\nf 11 15 16 12\nf 10 11 12 9\nf 16 15 14 13\n";
+    let lamp = LAMP.replace("f 9 10 11 12", "f -4 -3 -2 -1");
+    assert!(!given(inside, &as_one(&[], &format!("{corners}{outer}{lamp}"))));
+    // A room that lacks a wall, and a sheet.
+    assert!(!given(inside, &as_one(&ALL, LAMP).replace("f 8 7 6 5\n", "")));
+    let sheet = format!("mtllib m.mtl\n{CORNERS}usemtl white\nf 4 8 5 1\n{LAMP}");
+    assert!(!given(inside, &sheet));
+    // Furniture that stands in a room which is turned keeps its fronts.
+    let table = "v 1 .1 1\nv 1 1 1\nv 2 1 1\nv 2 .1 1\nv 1 .1 2\nv 1 1 2\nv 2 1 2\nv 2 .1 2\n";
+    let table =
+        format!("{table}f 12 16 13 9\nf 14 15 11 10\nf 13 14 10 9\nf 11 15 16 12\nf 10 11 12 9\nf 16 15 14 13\n");
+    let toml = "obj = \"s.obj\"\n[camera]\nposition = [3.5, 1, 4]\ntarget = [2, 1, 2.5]";
+    let text = as_one(&ALL, &format!("{table}{lamp}"));
+    let scene = Scene::from_toml_text("s", toml, &text, MTL, LoadOptions::default()).expect("a scene");
+    let kept = read(&as_one(&[], &format!("{table}{lamp}")), LoadOptions::default());
+    assert!(is_turned(&scene));
+    let fronts = |scene: &Scene| -> Vec<DVec3> {
+        let normal = |face: u32| {
+            let [a, b, c] = scene.exact_corners(face);
+            (b - a).cross(c - a).normalize().round()
+        };
+        (0..scene.solid_faces()).map(normal).collect()
+    };
+    assert_eq!(fronts(&scene)[12..], fronts(&kept)[12..]);
+}
+
 /// What a run says on stderr of a room in a folder of its own.
 fn said(obj: &str, arguments: &str) -> String {
     let place = run::place(&[("room.obj", obj), ("m.mtl", MTL)]);
@@ -131,6 +208,10 @@ fn black_backs_are_named_with_their_share_and_the_remedy() {
     assert!(share.is_some_and(|share| (1.0..100.0).contains(&share)), "{}", warned[0]);
     assert!(!said(&room(&[0], LAMP), &format!("{render} --two-sided")).contains("black back"));
     assert!(!said(&room(&[], LAMP), render).contains("black back"));
+    // All of them together are turned.
+    let all = said(&room(&ALL, LAMP), render);
+    assert!(all.contains("`wall0` (and 5 more objects) was turned inside out") && !all.contains("black back"), "{all}");
+    assert!(said(&room(&ALL, LAMP), &format!("{render} --as-modelled")).contains("black back"));
     // A tracer of several modes says it once as well.
     let traced = said(&room(&[0], LAMP), "trace --mode all --samples 4");
     assert_eq!(traced.matches("black back").count(), 1, "{traced}");

@@ -24,6 +24,9 @@ use crate::scene::textures::{Channel, Wrap};
 /// How far `d` and 1 - `Tr` may lie apart to be the same, written with few digits.
 const SAME: f64 = 5e-3;
 
+/// The `Ks` that Blender writes for every material, all channels.
+const BLENDERS_KS: f64 = 0.5;
+
 /// What happens to a library all of whose materials have `Tr 1` alone.
 const INVERTED: &str = "every material says it and none `d`, so it is read as opaque, as some programs mean it; `d 0` \
                         leaves faces out";
@@ -250,7 +253,8 @@ impl Reading<'_> {
             }
             // Ks is not used: what cannot be read as numbers is not zero either.
             "Ks" => {
-                if statement.words().any(|word| word.parse() != Ok(0.0)) {
+                let all_are = |value: f64| statement.words().all(|word| word.parse() == Ok(value));
+                if !all_are(0.0) && !all_are(BLENDERS_KS) {
                     self.tallies.specular.add_named(statement.line, name);
                 }
             }
@@ -485,6 +489,13 @@ mod tests {
         assert_eq!(libraries.entries.len(), 1);
         assert_eq!(libraries.entries[0].material().rho, Rgb::splat(0.5));
         assert!(libraries.warnings[0].contains("m.mtl, line 3"));
+    }
+
+    /// It says nothing of a surface that nobody made glossy.
+    #[test]
+    fn the_specular_colour_that_blender_always_writes_is_passed_over() {
+        let libraries = read("newmtl a\nKd .5\nKs 0.500000 0.500000 0.500000\n").unwrap();
+        assert!(libraries.warnings.is_empty(), "{:?}", libraries.warnings);
     }
 
     #[test]

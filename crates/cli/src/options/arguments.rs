@@ -17,7 +17,7 @@ use crate::error::CliError;
 use halflight::light::{Mode, Transport};
 use halflight::pictures::{Exposure, Size};
 use halflight::render::{Fineness, Solver, check_pictures, usable_memory};
-use halflight::scene::{About, AddedLight, LengthUnit, LoadOptions, Scene, Sides};
+use halflight::scene::{About, AddedLight, LengthUnit, LoadOptions, Scene, Sides, Winding, builtin};
 use halflight_export::scene_to_bytes;
 use halflight_study::compare::{Ladder, Method};
 
@@ -45,9 +45,13 @@ pub struct Common {
 /// What a scene is given that its files do not say.
 #[derive(Args, Debug)]
 pub struct Completion {
-    /// Let the backs of faces reflect and emit as well; without it they are black
+    /// Let the backs of faces reflect and emit as well, of all materials or of those named; without it they are black
+    #[arg(long, value_name = "MATERIAL,...", num_args = 0..=1, require_equals = true, default_missing_value = "",
+        value_delimiter = ',')]
+    pub two_sided: Option<Vec<String>>,
+    /// Leave rooms whose faces look outward as they are; without it a closed one that the camera is in is turned
     #[arg(long)]
-    pub two_sided: bool,
+    pub as_modelled: bool,
     /// Reflectance, 0 to below 1, of faces whose material the files lack [default: 0.5, in glTF 0.8]
     #[arg(long, value_name = "RHO", value_parser = reflectance)]
     pub reflectance: Option<f32>,
@@ -68,7 +72,7 @@ pub struct Subject {
     /// A built-in scene (see `halflight scenes`), an .obj, .glb or .gltf file, or a .toml scene file
     #[arg(default_value = "cornell-box")]
     pub scene: String,
-    /// Illumination model [default: the scene file's, or all]
+    /// Illumination model [default: the scene file's, else global; all four of a built-in scene]
     #[arg(long, value_enum, conflicts_with_all = ["alpha", "tau"])]
     pub mode: Option<ModeChoice>,
     /// Interreflection, 0 to 1, instead of a mode [default: the scene file's, or 1]
@@ -140,13 +144,31 @@ impl Completion {
     }
 
     fn read(&self, scene: &str) -> Result<Scene, CliError> {
-        let two_sided = if self.two_sided { Sides::Two } else { Sides::One };
+        let named = self.two_sided.as_deref().unwrap_or_default();
+        let is_for_all = matches!(named, [all] if all.is_empty());
+        let two_sided = if is_for_all { Sides::Two } else { Sides::One };
+        let winding = if self.as_modelled { Winding::AsModelled } else { Winding::Turned };
         let Completion { reflectance, light, highlights, unit, .. } = *self;
-        let options = LoadOptions { two_sided, reflectance, light, highlights, unit };
-        let scene = Scene::open_with(scene, options)?;
+        let options = LoadOptions { two_sided, reflectance, light, highlights, unit, winding };
+        let mut scene = Scene::open_with(scene, options)?;
+        named.iter().filter(|_| !is_for_all).try_for_each(|name| give_two_sides(&mut scene, name))?;
         check_team(&scene)?;
         Ok(scene)
     }
+}
+
+/// Gives the materials of some name two sides.
+fn give_two_sides(scene: &mut Scene, name: &str) -> Result<(), CliError> {
+    let known: Vec<String> = scene.materials.iter().map(|material| material.name.clone()).collect();
+    let mut named = scene.materials.iter_mut().filter(|material| material.name == name).peekable();
+    if named.peek().is_none() {
+        return Err(CliError::Usage {
+            message: format!("--two-sided: {} has no material `{name}`", scene.name),
+            help: format!("its materials are {}; --two-sided alone is for all", known.join(", ")),
+        });
+    }
+    named.for_each(|material| material.sides = Sides::Two);
+    Ok(())
 }
 
 /// Checks that all of several processes were asked for the same and read the same: they could not work together.
@@ -182,7 +204,7 @@ impl Subject {
         self.brightness.exposure()
     }
 
-    /// The requested (alpha, tau): one, or the four modes.
+    /// The requested (alpha, tau): one, or the four modes. A file without a request is rendered once, as people expect.
     pub fn transports(&self, scene: &Scene) -> Vec<Transport> {
         if self.alpha.is_some() || self.tau.is_some() {
             let base = scene.transport.unwrap_or_default();
@@ -196,6 +218,7 @@ impl Subject {
             (Some(ModeChoice::OneBounce), _) => Mode::OneBounce.transport(),
             (Some(ModeChoice::Local), _) => Mode::Local.transport(),
             (None, Some(own)) => own,
+            (None, None) if builtin::find(&self.scene).is_none() => Mode::Global.transport(),
             (Some(ModeChoice::All), _) | (None, None) => return Mode::ALL.map(Mode::transport).to_vec(),
         };
         vec![one]
@@ -373,7 +396,11 @@ pub fn stops(text: &str) -> Result<f32, String> {
 
 /// A relative error of a picture.
 fn picture_error(text: &str) -> Result<f64, String> {
-    number(text, 1e-4..=0.5, "must be a number from 0.0001 to 0.5; 0.01 is 1 %")
+    let words = "must be a number from 0.0001 to 0.5, or from 0.01% to 50%";
+    match text.strip_suffix('%') {
+        Some(percent) => number(percent.trim_end(), 1e-2..=50.0, words).map(|percent: f64| percent / 100.0),
+        None => number(text, 1e-4..=0.5, words),
+    }
 }
 
 /// A relative error.
@@ -391,11 +418,11 @@ fn gibibytes(text: &str) -> Result<f64, String> {
     number(text, f64::MIN_POSITIVE..=f64::MAX, "write a number of GiB above 0, such as 4 or 0.5")
 }
 
-/// WIDTHxHEIGHT in pixels.
+/// WIDTHxHEIGHT in pixels, or one number for both.
 pub fn size(text: &str) -> Result<Size, String> {
     const LARGEST: usize = 16_384;
-    let wrong = || format!("must be WIDTHxHEIGHT, each from 1 to {LARGEST}, as in 640x480");
-    let (width, height) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
+    let wrong = || format!("must be WIDTHxHEIGHT, each from 1 to {LARGEST}, as in 640x480, or one number for both");
+    let (width, height) = text.split_once(['x', 'X']).unwrap_or((text, text));
     let number = |t: &str| t.parse().ok().filter(|n| (1..=LARGEST).contains(n));
     match (number(width), number(height)) {
         (Some(width), Some(height)) => Ok(Size { width, height }),
@@ -416,9 +443,18 @@ mod tests {
     }
 
     #[test]
+    fn errors_are_shares_or_percent() {
+        assert_eq!(["0.02", "2%", "2 %", "0.5%"].map(picture_error), [Ok(0.02), Ok(0.02), Ok(0.02), Ok(0.005)]);
+        for wrong in ["0", "60%", "0.001%", "%", "nan%"] {
+            assert!(picture_error(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
     fn sizes_are_checked() {
         assert_eq!(size("640x480").map(|s| (s.width, s.height)), Ok((640, 480)));
-        for wrong in ["640", "0x4", "axb", "640x", "99999x1", "-1x4"] {
+        assert_eq!(size("640").map(|s| (s.width, s.height)), Ok((640, 640)));
+        for wrong in ["", "0", "0x4", "axb", "640x", "99999x1", "-1x4"] {
             assert!(size(wrong).is_err(), "{wrong}");
         }
     }
