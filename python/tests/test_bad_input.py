@@ -400,3 +400,15 @@ def test_products_of_any_layout(solved: hl.Solution, data: Any) -> None:
 def test_the_cases_are_different() -> None:
     assert len({case.id for case in CASES}) == len(CASES)
     assert all(kind in WRONG for kind in itertools.chain.from_iterable(t.values() for t in TAKES.values()))
+
+
+def test_a_room_wound_outwards_is_turned() -> None:
+    file = Path(__file__).resolve().parents[2] / "tests" / "data" / "welcome" / "room.obj"
+    with pytest.warns(hl.SceneWarning, match="turned inside out"):
+        turned = hl.load(file)
+    with pytest.warns(hl.SceneWarning) as said:
+        kept = hl.load(file, as_modelled=True)
+    assert not any("inside out" in str(warning.message) for warning in said)
+    assert turned.vertices.shape == kept.vertices.shape
+    with pytest.raises(TypeError):
+        hl.load(file, as_modelled="yes")  # type: ignore[arg-type]

@@ -9,6 +9,8 @@
 //! NaN becomes 0. Not handled: dithering, tone curves, other colour spaces.
 //! Source: IEC 61966-2-1:1999.
 
+use glam::DVec3;
+
 use crate::light::Rgb;
 use crate::pictures::picture::Picture;
 
@@ -21,7 +23,23 @@ pub struct Exposure {
     pub stops: f32,
 }
 
+/// Share of the pixels that show light which are no brighter than [`LIGHT`] at the exposure of a picture.
+const SHARE: f64 = 0.9;
+/// A luminance of which 1 is white: light, and not yet white.
+const LIGHT: f64 = 0.5;
+
 impl Exposure {
+    /// The exposure that a picture is shown well at, `log2(LIGHT / Y)`: Y is the luminance, CIE Y of linear sRGB, that
+    /// nine in ten of the pixels that show any light do not exceed. So lamps in view are white, and their strength and
+    /// the unit of light change nothing. None where all is dark.
+    pub fn of(picture: &Picture) -> Option<Exposure> {
+        let luminance = |pixel: &Rgb| pixel.as_dvec3().dot(DVec3::new(0.2126, 0.7152, 0.0722));
+        let mut lit: Vec<f64> = picture.pixels.iter().map(luminance).filter(|y| *y > 0.0 && y.is_finite()).collect();
+        lit.sort_by(f64::total_cmp);
+        let typical = lit.get((SHARE * lit.len() as f64) as usize)?;
+        Some(Exposure { stops: (LIGHT / typical).log2() as f32 })
+    }
+
     /// The factor `2^stops`.
     pub fn factor(self) -> f32 {
         self.stops.exp2()
@@ -92,6 +110,23 @@ mod tests {
     fn code_at(linear: f32, stops: f32) -> u8 {
         let picture = Picture::filled(1, 1, Rgb::splat(linear));
         Bitmap::from_picture(&picture, Exposure { stops }).bytes[0]
+    }
+
+    #[test]
+    fn a_picture_is_exposed_by_what_most_of_it_shows() {
+        let shown = |scale: f32| {
+            let mut picture = Picture::filled(10, 10, Rgb::splat(0.2 * scale));
+            // A lamp in view, and what is dark.
+            picture.pixels[..5].fill(Rgb::splat(100.0 * scale));
+            picture.pixels[50..].fill(Rgb::ZERO);
+            let exposure = Exposure::of(&picture).expect("some light");
+            Bitmap::from_picture(&picture, exposure).bytes
+        };
+        let plain = shown(1.0);
+        // 0.5 where the walls are: 188.
+        assert_eq!([plain[0], plain[3 * 20], plain[3 * 60]], [255, 188, 0]);
+        assert!([0.01, 60.0].iter().all(|&scale| shown(scale) == plain));
+        assert_eq!(Exposure::of(&Picture::filled(2, 2, Rgb::ZERO)), None);
     }
 
     #[test]

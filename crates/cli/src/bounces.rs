@@ -20,7 +20,7 @@ use halflight::gather::{GatherPass, GatherSampling, Gathering};
 use halflight::light::budget::CAMERA;
 use halflight::light::{Mode, Transport};
 use halflight::operator::Bounds;
-use halflight::pictures::{Size, Table, known, make_directory};
+use halflight::pictures::{Exposure, Size, Table, known, make_directory};
 use halflight::render::{BounceSeries, EmitterTerms, End, Fineness};
 use halflight::scene::Scene;
 use halflight::solve::{Bounce, Solution, Verdict};
@@ -226,8 +226,12 @@ impl Run<'_> {
         let terms = bounce_pictures(&mode.lights, &fields, &pass, self.console);
         let label = mode.transport.label();
         let heading = format!("{}, {label}: {}", mode.scene().name, sentence(mode.transport, solution));
-        let exposure = self.own.problem.subject.exposure();
-        let sheet = bounce_sheet(heading, &terms, &partial_sums(&terms), exposure);
+        let sums = partial_sums(&terms);
+        // Of a series that diverges the last sum would leave the first in the dark.
+        let typical = sums.get(1).or(sums.last());
+        let exposing = self.own.problem.subject.exposing();
+        let exposure = typical.map_or(Exposure::default(), |sum| exposing.of(sum));
+        let sheet = bounce_sheet(heading, &terms, &sums, exposure);
         self.files.draw(&format!("-{}", mode.transport.file_name()), &["png"], &sheet.drawing())?;
         self.studied.push(studied);
         Ok(())

@@ -12,7 +12,7 @@ use crate::error::CliError;
 use halflight::form_factors::Closure;
 use halflight::light::Transport;
 use halflight::operator::Bounds;
-use halflight::pictures::{Exposure, Picture, Size, check_destination, make_directory};
+use halflight::pictures::{Exposure, Picture, Size, check_destination, is_exr, make_directory};
 use halflight::render::{EmitterPower, ErrorParts, Seconds};
 use halflight::scene::Scene;
 use halflight_lighting::Measured;
@@ -219,6 +219,8 @@ pub struct RenderReport {
     /// Names of the picture's layers, where it is taken apart.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub layers: Vec<String>,
+    /// Stops that PNG files are brightened by.
+    pub exposure: f32,
     /// Files written.
     pub files: Vec<PathBuf>,
 }
@@ -228,6 +230,16 @@ impl RenderReport {
     pub fn new(scene: &Scene, transport: Transport, size: Size) -> RenderReport {
         let (scene, triangles) = (scene.name.clone(), scene.solid_faces());
         RenderReport { scene, transport, size, triangles, ..RenderReport::default() }
+    }
+
+    /// How its PNG files are shown, where a radiance of 1 is not white.
+    pub fn shown(&self) -> String {
+        let has_png = self.files.iter().any(|file| !is_exr(file));
+        if has_png && self.exposure != 0.0 {
+            format!(" (shown {:+.1} stops; --exposure 0 makes radiance 1 white)", self.exposure)
+        } else {
+            String::new()
+        }
     }
 
     /// The names of the files, in one line.

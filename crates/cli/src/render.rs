@@ -7,7 +7,7 @@ use clap::Args;
 
 use crate::console::Console;
 use crate::error::{CliError, picture_or_divergence};
-use crate::options::arguments::{Common, MemoryLimit, Precision, Problem, pixel, size};
+use crate::options::arguments::{Common, Exposing, MemoryLimit, Precision, Problem, pixel, size};
 use crate::options::keep::{Keep, Kept};
 use crate::options::layers::Layers;
 use crate::options::points::{Points, Sensors};
@@ -80,7 +80,8 @@ pub fn run(own: &Render, common: &Common, console: &Console) -> Result<(), CliEr
         sensors.check(&common.out, &scene.name, &transports)?;
     }
     let load = start.elapsed().as_secs_f64();
-    let run = Run { own, console, places: &places, precision, load, sensors };
+    let exposing = subject.exposing();
+    let run = Run { own, console, places: &places, precision, load, sensors, exposing: &exposing };
     let mut outcomes = Vec::new();
     let rendering = Rendering {
         limit: &effort.limit,
@@ -105,7 +106,7 @@ pub fn run(own: &Render, common: &Common, console: &Console) -> Result<(), CliEr
     let pictured = Pictured { scene, rays, size: own.size };
     warn_of_backs(console, &pictured, outcomes.iter().map(|o| o.backs));
     let heading = format!("{}: L = E + K L, the visible half", places.stem);
-    finish(outcomes, &places, heading, subject.exposure(), console)
+    finish(outcomes, &places, heading, exposing.of_all(), console)
 }
 
 /// How the pictures of several modes are made.
@@ -186,6 +187,7 @@ struct Run<'a> {
     /// Seconds that loading took.
     load: f64,
     sensors: Option<Sensors>,
+    exposing: &'a Exposing,
 }
 
 impl Run<'_> {
@@ -206,6 +208,7 @@ impl Run<'_> {
         if let Ok(found) = &found {
             self.describe(found, &mut report);
             report.luminaires.clone_from(&found.emitters);
+            report.exposure = self.exposing.of(&found.picture).stops;
             report.layers = found.layers.iter().map(|layer| layer.kind.name()).collect();
             report.files.extend(self.write(transport, found)?);
         }
@@ -238,7 +241,7 @@ impl Run<'_> {
     }
 
     fn write(&self, transport: Transport, found: &Rendered) -> Result<Vec<PathBuf>, CliError> {
-        let exposure = self.own.problem.subject.exposure();
+        let exposure = self.exposing.of(&found.picture);
         let errors = if self.own.standard_error { Errors::Written } else { Errors::LeftOut };
         let path = self.places.picture(transport);
         Ok(write_layered(&path, &found.picture, &found.named_layers(errors), exposure)?)
@@ -250,7 +253,7 @@ impl Run<'_> {
         let (r, s) = (&outcome.report, &outcome.report.seconds);
         if outcome.picture.is_ok() {
             self.console.say(format!(
-                "{label:<11} {} in {:.2} s ({} patches, F {:.2} s, L {:.2} s, gather {:.2} s), {}spectral radius {}: {}",
+                "{label:<11} {} in {:.2} s ({} patches, F {:.2} s, L {:.2} s, gather {:.2} s), {}spectral radius {}: {}{}",
                 r.verdict,
                 s.total,
                 r.patches,
@@ -260,6 +263,7 @@ impl Run<'_> {
                 r.error.map_or(String::new(), |e| format!("estimated error {:.2} %, ", 100.0 * e.total)),
                 bounds(r.spectral_radius),
                 r.file_names(),
+                r.shown(),
             ));
         }
     }

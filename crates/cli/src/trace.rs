@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::console::Console;
 use crate::error::CliError;
-use crate::options::arguments::{Common, MemoryLimit, NextEventChoice, Subject, pixel, seconds, size};
+use crate::options::arguments::{Common, Exposing, MemoryLimit, NextEventChoice, Subject, pixel, seconds, size};
 use crate::pictures::{Outcome, Places, RenderReport, finish};
 use crate::warnings::{Pictured, check_variance, warn_of_backs};
 use halflight::light::Transport;
@@ -107,6 +107,7 @@ struct Run<'a> {
     rays: &'a Rays,
     seconds: Seconds,
     places: &'a Places<'a>,
+    exposing: &'a Exposing,
 }
 
 /// Traces every requested mode.
@@ -129,7 +130,8 @@ pub fn run(own: &Trace, common: &Common, console: &Console) -> Result<(), CliErr
     };
     places.check(&transports)?;
     let seconds = Seconds { load, patches: start.elapsed().as_secs_f64() - load, ..Seconds::default() };
-    let run = Run { own, common, console, places: &places, scene: &scene, rays: &rays, seconds };
+    let exposing = &own.subject.exposing();
+    let run = Run { own, common, console, places: &places, scene: &scene, rays: &rays, seconds, exposing };
     let mut outcomes = Vec::new();
     for &transport in &transports {
         outcomes.push(run.one_mode(transport)?);
@@ -137,7 +139,7 @@ pub fn run(own: &Trace, common: &Common, console: &Console) -> Result<(), CliErr
     let pictured = Pictured { scene: &scene, rays: &rays, size: own.size };
     warn_of_backs(console, &pictured, outcomes.iter().map(|outcome| outcome.backs));
     let heading = format!("{}: path tracing, the visible half", scene.name);
-    finish(outcomes, &places, heading, own.subject.exposure(), console)
+    finish(outcomes, &places, heading, exposing.of_all(), console)
 }
 
 impl Run<'_> {
@@ -158,7 +160,9 @@ impl Run<'_> {
         let picture = tracer.check().map(|()| tracer.picture());
         if let Ok(picture) = &picture {
             let path = self.places.picture(transport);
-            write_picture(&path, picture, own.subject.exposure())?;
+            let exposure = self.exposing.of(picture);
+            write_picture(&path, picture, exposure)?;
+            report.render.exposure = exposure.stops;
             report.render.files.push(path);
         }
         let backs = tracer.counts().backs as f64 / tracer.counts().paths.max(1) as f64;
@@ -212,10 +216,11 @@ impl Run<'_> {
         }
         let error = r.standard_error.map_or("unknown".into(), |error| format!("{:.3} %", 100.0 * error));
         self.console.say(format!(
-            "{label:<11} {} samples a pixel in {:.2} s, relative standard error {error}: {}",
+            "{label:<11} {} samples a pixel in {:.2} s, relative standard error {error}: {}{}",
             r.samples,
             r.render.seconds.total,
             r.render.file_names(),
+            r.render.shown(),
         ));
         if r.paths_cut > 0 {
             let advice = if r.variance.diverges() {

@@ -106,10 +106,11 @@ fn alpha_and_tau_stand_in_for_a_mode() {
     assert_eq!(corner["mode"], "local");
 }
 
-const RENDER_FIELDS: [&str; 17] = [
+const RENDER_FIELDS: [&str; 18] = [
     "alpha",
     "closure",
     "error",
+    "exposure",
     "files",
     "height",
     "met",

@@ -38,6 +38,28 @@ fn a_file_gives_one_picture_unless_more_are_wanted() {
     assert_eq!(all["modes"].as_array().map(Vec::len), Some(4));
 }
 
+/// Blender's strengths go from 1 to hundreds: near black, or burnt, where a radiance of 1 is white.
+#[test]
+fn pictures_are_as_bright_as_they_can_be_seen() {
+    let shown = |strength: &str, options: &str| {
+        let lamp = format!("Ke {strength} {strength} {strength}");
+        let place = place(&[("room.obj", ROOM), ("room.mtl", &MTL.replace("Ke 12.000000 11.000000 10.000000", &lamp))]);
+        let told = report(&place, &format!("render room.obj --size 24 --tolerance 10% -o room.png {options}"));
+        let picture = read_picture(place.path().join("room.png")).unwrap();
+        let mean = picture.pixels.iter().map(|p| f64::from(p.y)).sum::<f64>() / picture.pixels.len() as f64;
+        (mean, told["exposure"].as_f64().unwrap())
+    };
+    let found = ["0.5", "12", "500"].map(|strength| shown(strength, ""));
+    for (mean, stops) in found {
+        // Nine in ten pixels are at most half white, and most of a room is not far below.
+        assert!((0.15..0.5).contains(&mean), "{found:?}");
+        assert!((mean / found[0].0 - 1.0).abs() < 0.02 && (stops < 0.0 || found[0].1 > 0.0), "{found:?}");
+    }
+    assert!(found[0].1 > found[1].1 && found[1].1 > found[2].1, "{found:?}");
+    assert_eq!(shown("12", "--exposure 0").1, 0.0);
+    assert_eq!(report(&place(&[]), &format!("render {SMALL} --mode local"))["exposure"], 0.0);
+}
+
 #[test]
 fn what_people_type_is_answered() {
     let place = place(&[("room.obj", ROOM), ("room.mtl", MTL)]);

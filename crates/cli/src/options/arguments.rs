@@ -3,6 +3,7 @@
 //!
 //! Not handled: the arguments of one command, which stand in its own file.
 
+use std::cell::OnceCell;
 use std::hash::{DefaultHasher, Hasher};
 use std::ops::RangeBounds;
 use std::path::PathBuf;
@@ -15,7 +16,7 @@ use halflight_team as team;
 use crate::console::Console;
 use crate::error::CliError;
 use halflight::light::{Mode, Transport};
-use halflight::pictures::{Exposure, Size};
+use halflight::pictures::{Exposure, Picture, Size};
 use halflight::render::{Fineness, Solver, check_pictures, usable_memory};
 use halflight::scene::{About, AddedLight, LengthUnit, LoadOptions, Scene, Sides, Winding, builtin};
 use halflight_export::scene_to_bytes;
@@ -95,21 +96,33 @@ pub struct Subject {
 /// How bright PNG files are.
 #[derive(Args, Debug)]
 pub struct Brightness {
-    /// Brighten PNG files by so many stops (factors of two); EXR files stay as they are
-    #[arg(
-        long,
-        value_name = "STOPS",
-        default_value_t = 0.0,
-        allow_negative_numbers = true,
-        value_parser = stops
-    )]
-    exposure: f32,
+    /// Brighten PNG files by so many stops (factors of two); at 0 a radiance of 1 is white. EXR files stay as they are
+    /// [default: 0 for a built-in scene, else by what the first picture shows]
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = stops)]
+    exposure: Option<f32>,
 }
 
 impl Brightness {
-    /// How PNG files are shown.
+    /// How PNG files are shown where no picture is looked at.
     pub fn exposure(&self) -> Exposure {
-        Exposure { stops: self.exposure }
+        Exposure { stops: self.exposure.unwrap_or(0.0) }
+    }
+}
+
+/// How the PNG files of one run are shown: as requested, or by what the first picture shows, so that they compare.
+pub struct Exposing {
+    chosen: OnceCell<Exposure>,
+}
+
+impl Exposing {
+    /// The exposure of a picture of the run.
+    pub fn of(&self, picture: &Picture) -> Exposure {
+        *self.chosen.get_or_init(|| Exposure::of(picture).unwrap_or_default())
+    }
+
+    /// That of what is made of all pictures.
+    pub fn of_all(&self) -> Exposure {
+        self.chosen.get().copied().unwrap_or_default()
     }
 }
 
@@ -199,9 +212,16 @@ impl Subject {
         Ok(scene)
     }
 
-    /// How its PNG files are shown.
+    /// How its PNG files are shown where no picture is looked at.
     pub fn exposure(&self) -> Exposure {
         self.brightness.exposure()
+    }
+
+    /// How its PNG files are shown.
+    pub fn exposing(&self) -> Exposing {
+        let is_fixed = self.brightness.exposure.is_some() || builtin::find(&self.scene).is_some();
+        let chosen = if is_fixed { OnceCell::from(self.exposure()) } else { OnceCell::new() };
+        Exposing { chosen }
     }
 
     /// The requested (alpha, tau): one, or the four modes. A file without a request is rendered once, as people expect.
