@@ -124,7 +124,7 @@ impl Walls {
     }
 
     /// Where rays all around from one place end, ten times as many as from each of several.
-    pub(super) fn from_one(&self, place: Vec3) -> Vec<Option<Met>> {
+    pub(super) fn ends_around(&self, place: Vec3) -> Vec<Option<Met>> {
         let rays: Vec<Line> = (0..10).flat_map(directions).map(|way| (place, way)).collect();
         self.nearest(&rays)
     }

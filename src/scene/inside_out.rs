@@ -36,7 +36,7 @@ const FRONTS: f64 = 0.02;
 pub(super) fn turn_inside_out(scene: &mut Scene) -> bool {
     let all = Walls::new(scene, 0..scene.solid_faces());
     let camera = scene.camera.position;
-    let seen = all.from_one(camera);
+    let seen = all.ends_around(camera);
     if share(&seen, |met| met.is_some_and(|met| !met.is_live)) < SEEN {
         return false;
     }
@@ -70,7 +70,7 @@ fn shows_its_back(shell: &Walls, camera: Vec3, seen: &[Option<Met>]) -> bool {
     if !(camera.as_dvec3().cmpgt(bounds.low) & camera.as_dvec3().cmplt(bounds.high)).all() {
         return false;
     }
-    let own = shell.from_one(camera);
+    let own = shell.ends_around(camera);
     let is_first = |(own, all): &(&Option<Met>, &Option<Met>)| match (own, all) {
         (Some(own), Some(all)) => !own.is_live && own.distance <= all.distance,
         _ => false,

@@ -128,13 +128,13 @@ fn light_to_a_tolerance_is_kept_and_not_gone_on_from() {
 #[test]
 fn several_modes_have_a_folder_each() {
     let place = room();
-    succeed(&place, &format!("render room.toml {SMALL} --save kept"));
+    succeed(&place, &format!("render room.toml --mode all {SMALL} --save kept"));
     for mode in ["global", "shadowless", "one-bounce", "local"] {
         assert!(place.path().join(format!("kept/{mode}/F.npz")).exists(), "{mode}");
     }
     same_with(&place, "kept", &format!("render room.toml --alpha 0.5 --tau 1 {SMALL}"));
     same_with(&place, "kept/shadowless", &format!("render room.toml --mode shadowless {SMALL}"));
-    let all = report(&place, &format!("render room.toml {SMALL} --load kept"));
+    let all = report(&place, &format!("render room.toml --mode all {SMALL} --load kept"));
     assert_eq!(all["modes"].as_array().map(Vec::len), Some(4));
 }
 

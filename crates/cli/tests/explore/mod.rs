@@ -95,9 +95,9 @@ fn pages_do_not_depend_on_threads_and_do_on_the_seed() {
 
 #[test]
 fn wrong_arguments_leave_no_file() {
-    let place = place(&[]);
+    let place = place(&[("way", "a file in the way")]);
     for (arguments, code) in [
-        ("explore cornell-box -o missing/page.html", 1),
+        ("explore cornell-box -o way/page.html", 1),
         ("explore nowhere -o page.html", 3),
         ("explore cornell-box --taus 1 -o page.html", 2),
         ("explore cornell-box --patches 90000 --memory 0.01 -o page.html", 5),
@@ -105,7 +105,7 @@ fn wrong_arguments_leave_no_file() {
         let ran = halflight(&place, arguments);
         assert_eq!(ran.code, Some(code), "{arguments}: {}", ran.err);
     }
-    assert_eq!(fs::read_dir(place.path()).expect("a folder").count(), 0);
+    assert_eq!(fs::read_dir(place.path()).expect("a folder").count(), 1);
 }
 
 /// Lamps of every kind, a series that diverges, textures with a mask, a sky.
