@@ -70,7 +70,7 @@ impl Scene {
             object: face.object,
             number,
         };
-        assemble(Soup {
+        assemble(&Soup {
             name: name.to_owned(),
             file: name.to_owned(),
             item: "face",
@@ -132,39 +132,56 @@ fn check_corners(place: &Place, corners: &[u32], vertices: usize) -> Result<(), 
 }
 
 /// Makes the scene: frame, triangles, points, camera.
-pub(crate) fn assemble(soup: Soup) -> Result<Scene, SceneError> {
-    let empty = || SceneError::Empty { file: soup.file.clone(), dropped: soup.polygons.len() };
-    let frame = soup.frame().ok_or_else(empty)?;
-    let (mut mesh, mut warnings) = (Mesh::default(), soup.warnings.clone());
-    mesh.add_polygons(&soup, &frame, &mut warnings);
-    if mesh.faces.is_empty() {
-        return Err(empty());
-    }
-    let mut scene = Scene {
-        cameras: cameras(&soup, &frame)?,
-        lights: lights(&soup, &frame)?,
-        name: soup.name,
-        vertices: std::mem::take(&mut mesh.points.list),
-        faces: mesh.faces,
-        exact: mesh.exact,
-        coordinates: mesh.coordinates,
-        colours: mesh.colours,
-        materials: soup.materials,
-        objects: soup.objects,
-        sky: None,
-        camera: Camera::NOWHERE,
-        frame,
-        transport: None,
-        warnings,
-    };
-    let origin = Origin { file: &soup.file, item: soup.item, numbers: &mesh.numbers };
-    resolve(&mut scene, &mut mesh.points, &origin);
+pub(crate) fn assemble(soup: &Soup) -> Result<Scene, SceneError> {
+    let Triangulated { mut scene, mut points, numbers, .. } = Triangulated::new(soup)?;
+    let origin = Origin { file: &soup.file, item: soup.item, numbers: &numbers };
+    resolve(&mut scene, &mut points, &origin);
     scene.camera = match scene.cameras.first() {
         Some(own) => own.camera,
         None if soup.has_view => Camera::NOWHERE,
         None => Camera::framing(&scene),
     };
     Ok(scene)
+}
+
+/// All triangles of a file, of which some may lie in one place, without a camera.
+pub(super) struct Triangulated {
+    pub scene: Scene,
+    points: Points,
+    /// Of the polygons that the faces are parts of, for messages.
+    numbers: Vec<usize>,
+    /// Their places in the list of polygons.
+    pub polygons: Vec<usize>,
+}
+
+impl Triangulated {
+    pub(super) fn new(soup: &Soup) -> Result<Triangulated, SceneError> {
+        let empty = || SceneError::Empty { file: soup.file.clone(), dropped: soup.polygons.len() };
+        let frame = soup.frame().ok_or_else(empty)?;
+        let (mut mesh, mut warnings) = (Mesh::default(), soup.warnings.clone());
+        mesh.add_polygons(soup, &frame, &mut warnings);
+        if mesh.faces.is_empty() {
+            return Err(empty());
+        }
+        let scene = Scene {
+            cameras: cameras(soup, &frame)?,
+            lights: lights(soup, &frame)?,
+            name: soup.name.clone(),
+            vertices: std::mem::take(&mut mesh.points.list),
+            faces: mesh.faces,
+            exact: mesh.exact,
+            coordinates: mesh.coordinates,
+            colours: mesh.colours,
+            materials: soup.materials.clone(),
+            objects: soup.objects.clone(),
+            sky: None,
+            camera: Camera::NOWHERE,
+            frame,
+            transport: None,
+            warnings,
+        };
+        Ok(Triangulated { scene, points: mesh.points, numbers: mesh.numbers, polygons: mesh.polygons })
+    }
 }
 
 /// The file's cameras in unit coordinates.
@@ -206,6 +223,8 @@ struct Mesh {
     colours: Vec<[Vec4; 3]>,
     /// Of the polygons that the faces are parts of.
     numbers: Vec<usize>,
+    /// Their places in the list of polygons.
+    polygons: Vec<usize>,
 }
 
 impl Mesh {
@@ -213,7 +232,7 @@ impl Mesh {
         let unit: Vec<DVec3> = soup.vertices.iter().map(|&v| frame.to_unit(v)).collect();
         let (mut flat, mut crossing) = (Tally::default(), Tally::default());
         let (mut triangulator, mut points) = (Triangulator::default(), Vec::new());
-        for (own, polygon) in soup.ranges() {
+        for (place, (own, polygon)) in soup.ranges().enumerate() {
             points.clear();
             points.extend(soup.corners[own.clone()].iter().map(|&v| unit[v as usize]));
             if triangulator.run(&points) == Cover::Crossing {
@@ -232,6 +251,7 @@ impl Mesh {
                     self.colours.push(corners.map(at));
                 }
             }
+            self.polygons.resize(self.faces.len(), place);
             if self.faces.len() == before {
                 flat.add_named(polygon.number, &soup.materials[polygon.material as usize].name);
             }

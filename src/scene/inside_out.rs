@@ -10,15 +10,17 @@
 //! So a body seen from outside stays as it is, and walls with thickness, whose inner faces are fronts already, and
 //! what is open: a sheet, a room that lacks a wall. Two-sided and masked faces are no part of a shell.
 //!
-//! Not handled: rooms of which some walls alone are wound outwards, and those whose walls do not share their corners;
-//! what lies in one place ([`crate::scene::coincident`]) was settled before, by the winding of the file.
+//! Not handled: rooms of which some walls alone are wound outwards, and those whose walls do not share their corners.
+
+use std::collections::BTreeSet;
 
 use glam::Vec3;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::scene::enclosure::{Met, Walls};
 use crate::scene::error::About;
 use crate::scene::model::{Scene, Sides};
+use crate::scene::soup::Soup;
 
 /// Faces of a shell at least.
 const FEWEST: usize = 4;
@@ -32,36 +34,37 @@ const SEEN: f64 = 0.1;
 /// Share of fronts among what rays within meet of a shell, at most: roundings at edges.
 const FRONTS: f64 = 0.02;
 
-/// Turns the closed shells that show their backs to the camera within; whether there were any. A warning names them.
-pub(super) fn turn_inside_out(scene: &mut Scene) -> bool {
-    let all = Walls::new(scene, 0..scene.solid_faces());
-    let camera = scene.camera.position;
-    let seen = all.ends_around(camera);
-    if share(&seen, |met| met.is_some_and(|met| !met.is_live)) < SEEN {
-        return false;
-    }
-    let mut shells = shells(scene);
+/// Whether the camera of a scene sees the backs of faces, so that such shells are worth looking for.
+pub(super) fn sees_backs(scene: &Scene) -> bool {
+    let seen = Walls::new(scene, 0..scene.solid_faces()).ends_around(scene.camera.position);
+    share(&seen, |met| met.is_some_and(|met| !met.is_live)) >= SEEN
+}
+
+/// Turns the polygons of closed shells that show their backs to a camera; whether there were any. A warning names them.
+/// `read` are all triangles as they were read, before what lies in one place is settled, which goes by winding, and
+/// the numbers of their polygons; the camera is in their frame.
+pub(super) fn turn_inside_out(soup: &mut Soup, (read, polygons): (&Scene, &[usize]), camera: Vec3) -> bool {
+    let seen = Walls::new(read, 0..read.solid_faces()).ends_around(camera);
+    let mut shells = shells(read);
     shells.retain(|faces| faces.len() >= FEWEST);
     shells.sort_by_key(|faces| std::cmp::Reverse(faces.len()));
     shells.truncate(MOST);
-    shells.retain(|faces| shows_its_back(&Walls::new(scene, faces.iter().copied()), camera, &seen));
-    let mut objects = Vec::new();
-    for face in shells.into_iter().flatten() {
-        objects.push(scene.faces[face as usize].object);
-        turn(scene, face as usize);
-    }
-    objects.sort_unstable();
-    objects.dedup();
-    if let Some((first, others)) = objects.split_first() {
-        let more = if others.is_empty() { String::new() } else { format!(" (and {} more objects)", others.len()) };
-        let name = &scene.objects[*first as usize];
-        let text = format!(
-            "`{name}`{more} was turned inside out: the camera is in it, and its faces look outward, where their backs \
-             are black; --as-modelled keeps it"
-        );
-        scene.warnings.insert(0, About::Shape.warning(text));
-    }
-    !objects.is_empty()
+    shells.retain(|faces| shows_its_back(&Walls::new(read, faces.iter().copied()), camera, &seen));
+    let turned: Vec<usize> = shells.into_iter().flatten().map(|face| face as usize).collect();
+    let objects: BTreeSet<u32> = turned.iter().map(|&face| read.faces[face].object).collect();
+    let Some(first) = objects.first() else { return false };
+    let more = match objects.len() {
+        1 => String::new(),
+        count => format!(" (and {} more objects)", count - 1),
+    };
+    let name = &soup.objects[*first as usize];
+    let text = format!(
+        "`{name}`{more} was turned inside out: the camera is in it, and its faces look outward, where their backs are \
+         black; --as-modelled keeps it"
+    );
+    soup.warnings.insert(0, About::Shape.warning(text));
+    soup.turn(&turned.into_iter().map(|face| polygons[face]).collect());
+    true
 }
 
 /// Whether a shell is closed, holds the camera and shows it its back, of whose rays this is what they see of all.
@@ -95,25 +98,16 @@ fn shells(scene: &Scene) -> Vec<Vec<u32>> {
     };
     let by_edge: FxHashMap<(u32, u32), u32> =
         faces.iter().flat_map(|&face| edges(face).map(|edge| (edge, face))).collect();
-    let mut shell_of: FxHashMap<u32, usize> = FxHashMap::default();
-    let mut shells: Vec<Vec<u32>> = Vec::new();
+    let (mut found, mut shells) = (FxHashSet::default(), Vec::new());
     for &start in &faces {
-        if shell_of.contains_key(&start) {
+        if !found.insert(start) {
             continue;
         }
-        let number = shells.len();
         let (mut shell, mut next) = (Vec::new(), vec![start]);
-        shell_of.insert(start, number);
         while let Some(face) = next.pop() {
             shell.push(face);
-            for (a, b) in edges(face) {
-                if let Some(&other) = by_edge.get(&(b, a))
-                    && let std::collections::hash_map::Entry::Vacant(free) = shell_of.entry(other)
-                {
-                    free.insert(number);
-                    next.push(other);
-                }
-            }
+            let beside = edges(face).into_iter().filter_map(|(a, b)| by_edge.get(&(b, a)).copied());
+            next.extend(beside.filter(|&other| found.insert(other)));
         }
         shells.push(shell);
     }
@@ -123,18 +117,4 @@ fn shells(scene: &Scene) -> Vec<Vec<u32>> {
 fn is_of_shell(scene: &Scene, face: u32) -> bool {
     let material = scene.material(face);
     material.sides == Sides::One && !material.is_masked()
-}
-
-/// Makes the back of a face its front.
-fn turn(scene: &mut Scene, face: usize) {
-    scene.faces[face].vertices.swap(1, 2);
-    if let Some(exact) = scene.exact.get_mut(face) {
-        exact.swap(1, 2);
-    }
-    if let Some(coordinates) = scene.coordinates.get_mut(face) {
-        coordinates.swap(1, 2);
-    }
-    if let Some(colours) = scene.colours.get_mut(face) {
-        colours.swap(1, 2);
-    }
 }

@@ -9,10 +9,10 @@ use std::{fs, io};
 use glam::DVec3;
 
 use crate::light::Rgb;
-use crate::scene::build::assemble;
+use crate::scene::build::{Triangulated, assemble};
 use crate::scene::emission::SkyLight;
 use crate::scene::error::{About, SceneError, list};
-use crate::scene::inside_out::turn_inside_out;
+use crate::scene::inside_out::{sees_backs, turn_inside_out};
 use crate::scene::model::{AddedLight, Camera, LoadOptions, Scene, Winding};
 use crate::scene::obj::lines::decode;
 use crate::scene::other_kinds::{refuse_gltf, refuse_other_kind};
@@ -178,12 +178,12 @@ fn from_geometry(input: &SceneInput) -> Result<Scene, SceneError> {
     let mut soup = read_geometry(input)?;
     soup.unit = input.options.unit.or(soup.unit);
     input.options.apply(&mut soup.materials, |_| false);
-    let (is_framed, objects) = (soup.cameras.is_empty(), soup.objects.len());
-    let mut scene = assemble_lit(soup, input.options.light)?;
-    turn(&mut scene, input.options, is_framed.then_some(objects));
-    let is_assumed = input.options.unit.is_none() && !scene.lights.is_empty();
-    warn_of_metres(&mut scene, is_assumed);
-    Ok(scene)
+    turned(soup, input.options, |soup| {
+        let mut scene = assemble_lit(soup, input.options.light)?;
+        let is_assumed = input.options.unit.is_none() && !scene.lights.is_empty();
+        warn_of_metres(&mut scene, is_assumed);
+        Ok(scene)
+    })
 }
 
 /// Metres that a scene lit by candela is long at most without a doubt that they are metres.
@@ -231,24 +231,30 @@ fn from_scene_file(input: &SceneInput) -> Result<Scene, SceneError> {
     // Where light is may decide from where a scene is looked at; an added luminaire is not looked at.
     let is_framed_lit = read.is_lit() && !read.has_camera() && options.light != Some(AddedLight::Ceiling);
     soup.has_view = read.has_camera() || is_framed_lit;
-    let (is_framed, objects) = (!read.has_camera() && soup.cameras.is_empty(), soup.objects.len());
-    let mut scene = assemble_lit(soup, options.light)?;
-    read.finish(&text, &mut scene, reader)?;
-    warn_of_metres(&mut scene, is_assumed && (is_lit || read.is_photometric()));
-    if is_framed_lit && scene.cameras.is_empty() {
-        scene.camera = Camera::framing(&scene);
-    }
-    turn(&mut scene, options, is_framed.then_some(objects));
-    Ok(scene)
+    turned(soup, options, |soup| {
+        let mut scene = assemble_lit(soup, options.light)?;
+        read.finish(&text, &mut scene, reader)?;
+        warn_of_metres(&mut scene, is_assumed && (is_lit || read.is_photometric()));
+        if is_framed_lit && scene.cameras.is_empty() {
+            scene.camera = Camera::framing(&scene);
+        }
+        Ok(scene)
+    })
 }
 
-/// Turns the rooms whose faces look outward, as far as is wanted. Where no file gives the camera, which frames the
-/// faces of the first `framed` objects, it is chosen anew.
-fn turn(scene: &mut Scene, options: LoadOptions, framed: Option<usize>) {
-    let is_turned = options.winding == Winding::Turned && turn_inside_out(scene);
-    if let Some(objects) = framed.filter(|_| is_turned) {
-        scene.camera = Camera::framing_first(scene, first_faces(scene, objects));
+/// Makes a scene, and where rooms in it look outward and are to be turned makes it anew of what is turned.
+fn turned(
+    mut soup: Soup,
+    options: LoadOptions,
+    make: impl Fn(&Soup) -> Result<Scene, SceneError>,
+) -> Result<Scene, SceneError> {
+    let scene = make(&soup)?;
+    if options.winding == Winding::AsModelled || !sees_backs(&scene) {
+        return Ok(scene);
     }
+    let Triangulated { scene: read, polygons, .. } = Triangulated::new(&soup)?;
+    let camera = read.frame.to_unit(scene.frame.to_file(scene.camera.position.as_dvec3())).as_vec3();
+    if turn_inside_out(&mut soup, (&read, &polygons), camera) { make(&soup) } else { Ok(scene) }
 }
 
 /// How many faces those of the first objects are, so many; light that was added is of others.
@@ -276,16 +282,16 @@ fn is_gltf(file: &str) -> bool {
 
 /// Makes the scene as [`assemble`] does, with the light requested. The default camera frames the rest alone, and is
 /// inside of a room where the light is.
-fn assemble_lit(mut soup: Soup, light: Option<AddedLight>) -> Result<Scene, SceneError> {
+fn assemble_lit(soup: &Soup, light: Option<AddedLight>) -> Result<Scene, SceneError> {
     let Some(light) = light else { return assemble(soup) };
     let is_framed = soup.cameras.is_empty() && !soup.has_view;
-    soup.has_view = true;
+    let mut soup = Soup { has_view: true, ..soup.clone() };
     let objects = soup.objects.len();
-    let mut scene = assemble(soup.clone())?;
+    let mut scene = assemble(&soup)?;
     match light {
         AddedLight::Ceiling => {
             ceiling_light::add(&scene, &mut soup);
-            scene = assemble(soup)?;
+            scene = assemble(&soup)?;
         }
         AddedLight::Sky => scene.set_sky(SkyLight { upper: Rgb::ONE, lower: Rgb::ONE }, DVec3::Y),
     }

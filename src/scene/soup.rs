@@ -13,6 +13,7 @@
 //! Not handled: what the bytes of a format mean ([`crate::scene::obj`], [`crate::scene::gltf`]).
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::io;
 use std::ops::Range;
 use std::sync::Arc;
@@ -127,6 +128,19 @@ impl Soup {
             *start = own.end;
             Some((own, polygon))
         })
+    }
+
+    /// Makes the backs of some polygons their fronts.
+    pub(super) fn turn(&mut self, polygons: &BTreeSet<usize>) {
+        let all: Vec<Range<usize>> = self.ranges().map(|(own, _)| own).collect();
+        for own in polygons.iter().map(|&number| all[number].clone()) {
+            self.corners[own.clone()].reverse();
+            // Corners beyond the lists have values that are all alike.
+            let within = |length: usize| own.start.min(length)..own.end.min(length);
+            let (coordinates, colours) = (within(self.coordinates.len()), within(self.colours.len()));
+            self.coordinates[coordinates].reverse();
+            self.colours[colours].reverse();
+        }
     }
 
     /// The frame of unit coordinates; none where no polygon has an extent.
