@@ -26,6 +26,6 @@ pub use metrics::{
 };
 pub use names::{spaced, unlike};
 pub use picture::{Picture, Size};
-pub use srgb::{Bitmap, Exposure, decode_srgb, encode_srgb};
+pub use srgb::{Bitmap, Exposure, LUMINANCE, decode_srgb, encode_srgb};
 pub use table::{Table, known};
 pub use texels::{Texels, TexelsError};

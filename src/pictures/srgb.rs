@@ -23,6 +23,9 @@ pub struct Exposure {
     pub stops: f32,
 }
 
+/// CIE Y of linear sRGB (IEC 61966-2-1).
+pub const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+
 /// Share of the pixels that show light which are no brighter than [`LIGHT`] at the exposure of a picture.
 const SHARE: f64 = 0.9;
 /// A luminance of which 1 is white: light, and not yet white.
@@ -33,7 +36,7 @@ impl Exposure {
     /// nine in ten of the pixels that show any light do not exceed. So lamps in view are white, and their strength and
     /// the unit of light change nothing. None where all is dark.
     pub fn of(picture: &Picture) -> Option<Exposure> {
-        let luminance = |pixel: &Rgb| pixel.as_dvec3().dot(DVec3::new(0.2126, 0.7152, 0.0722));
+        let luminance = |pixel: &Rgb| pixel.as_dvec3().dot(DVec3::from(LUMINANCE));
         let mut lit: Vec<f64> = picture.pixels.iter().map(luminance).filter(|y| *y > 0.0 && y.is_finite()).collect();
         lit.sort_by(f64::total_cmp);
         let typical = lit.get((SHARE * lit.len() as f64) as usize)?;

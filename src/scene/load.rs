@@ -28,8 +28,7 @@ impl Scene {
     /// A file that cannot be read, or the first mistake found in it, with its line.
     pub fn load(path: &Path, options: LoadOptions) -> Result<Scene, SceneError> {
         let shown = path.display().to_string();
-        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-        if !KINDS.contains(&extension.as_str()) {
+        if !is_scene_file(path) {
             return Err(SceneError::UnknownKind { file: shown });
         }
         let bytes = fs::read(path).map_err(|source| SceneError::Read { file: shown.clone(), source })?;
@@ -37,7 +36,11 @@ impl Scene {
         let folder = path.parent().unwrap_or(Path::new(""));
         let beside = |name: &str| fs::read(folder.join(name)).map(Cow::Owned);
         let input = SceneInput { name: &name, file: &shown, bytes: &bytes, reader: &beside, options };
-        if extension == "toml" { from_scene_file(&input) } else { from_geometry(&input) }
+        if path.extension().is_some_and(|end| end.eq_ignore_ascii_case("toml")) {
+            from_scene_file(&input)
+        } else {
+            from_geometry(&input)
+        }
     }
 
     /// A built-in scene; none of that name gives none. See [`builtin::NAMES`].
@@ -159,10 +162,9 @@ fn nearest(word: &str) -> Option<&'static str> {
 
 /// The names of the scene files in a folder, as a sentence.
 fn scenes_in(folder: &Path) -> String {
-    let is_scene =
-        |path: &Path| path.extension().is_some_and(|end| KINDS.iter().any(|kind| end.eq_ignore_ascii_case(kind)));
     let entries = fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok).map(|entry| entry.path());
-    let mut names: Vec<String> = entries.filter(|path| is_scene(path)).map(|path| path.display().to_string()).collect();
+    let mut names: Vec<String> =
+        entries.filter(|path| is_scene_file(path)).map(|path| path.display().to_string()).collect();
     names.sort();
     if names.is_empty() {
         "it has no .obj, .glb, .gltf or .toml file".into()
@@ -171,8 +173,11 @@ fn scenes_in(folder: &Path) -> String {
     }
 }
 
-/// How names of scene files end.
-const KINDS: [&str; 4] = ["obj", "glb", "gltf", "toml"];
+/// Whether a path ends as those of scenes do: `.obj`, `.glb`, `.gltf` or `.toml`, in any case.
+pub fn is_scene_file(path: &Path) -> bool {
+    const KINDS: [&str; 4] = ["obj", "glb", "gltf", "toml"];
+    path.extension().is_some_and(|end| KINDS.iter().any(|kind| end.eq_ignore_ascii_case(kind)))
+}
 
 fn from_geometry(input: &SceneInput) -> Result<Scene, SceneError> {
     let mut soup = read_geometry(input)?;

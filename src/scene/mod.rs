@@ -36,6 +36,7 @@ pub use build::GivenFace;
 pub(crate) use coincident::planes;
 pub use emission::{Emitters, MOST_EMITTERS, SkyLight};
 pub use error::{About, Place, SceneError, ViewError, Warning};
+pub use load::is_scene_file;
 pub use model::{
     AddedLight, Camera, DEFAULT_FOV, DEFAULT_GREY, DEFAULT_RHO, Face, LoadOptions, Material, NO_MATERIAL, NamedCamera,
     Scene, Sides, Sky, UnitFrame, Winding,

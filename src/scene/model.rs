@@ -197,7 +197,7 @@ pub struct NamedCamera {
 }
 
 /// What may be requested for every scene, whatever its files give.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LoadOptions {
     /// The sides of materials for which no scene file gives `two_sided`.
     pub two_sided: Sides,
@@ -232,19 +232,6 @@ pub enum AddedLight {
     Ceiling,
     /// A sky of radiance 1 W/(m² sr) all around, where the files have none.
     Sky,
-}
-
-impl Default for LoadOptions {
-    fn default() -> Self {
-        LoadOptions {
-            two_sided: Sides::One,
-            reflectance: None,
-            light: None,
-            highlights: false,
-            unit: None,
-            winding: Winding::Turned,
-        }
-    }
 }
 
 impl LoadOptions {

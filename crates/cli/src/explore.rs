@@ -9,8 +9,8 @@ use serde::Serialize;
 use crate::console::Console;
 use crate::error::CliError;
 use crate::options::arguments::{Common, Completion, MemoryLimit};
-use crate::pictures::make_folder_of;
-use halflight::pictures::{check_destination, make_directory, write_whole};
+use crate::pictures::check_place;
+use halflight::pictures::{make_directory, write_whole};
 use halflight::render::Fineness;
 use halflight_explore::{Counts, Page, TermsEffort, Words, page};
 
@@ -82,8 +82,7 @@ pub fn run(own: &Explore, common: &Common, console: &Console) -> Result<(), CliE
             common.out.join(format!("{}.html", scene.name))
         }
     };
-    make_folder_of(&file)?;
-    check_destination(&file)?;
+    check_place(&file)?;
     let title = own.title.clone().unwrap_or_else(|| scene.name.clone());
     let words = Words { title, attribution: own.attribution.clone() };
     let effort = TermsEffort {

@@ -32,6 +32,7 @@ pub(crate) mod trace;
 pub(crate) mod warnings;
 
 use std::io::{Write as _, stderr};
+use std::path::Path;
 use std::process::ExitCode;
 use std::thread::sleep;
 use std::time::Duration;
@@ -55,7 +56,7 @@ use crate::render::Render;
 use crate::studies::{Chart, Compare};
 use crate::trace::Trace;
 use halflight::pictures::abandon_files;
-use halflight::scene::{Scene, builtin};
+use halflight::scene::{Scene, builtin, is_scene_file};
 
 /// What long help ends with.
 const EXAMPLES: &str = "\
@@ -170,8 +171,7 @@ fn arguments() -> Result<Cli, clap::Error> {
 /// An error that says how a scene is rendered, where one stands in the place of a command.
 fn with_render_before_scenes(mut error: clap::Error) -> clap::Error {
     let Some(ContextValue::String(given)) = error.get(ContextKind::InvalidSubcommand) else { return error };
-    let extension = given.rsplit_once('.').map_or(String::new(), |(_, extension)| extension.to_ascii_lowercase());
-    if matches!(&extension[..], "obj" | "glb" | "gltf" | "toml") || builtin::find(given).is_some() {
+    if is_scene_file(Path::new(given)) || builtin::find(given).is_some() {
         let tip = format!("a scene is rendered by `halflight render {given}`");
         error.remove(ContextKind::SuggestedSubcommand);
         error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));

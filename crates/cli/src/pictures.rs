@@ -33,15 +33,14 @@ pub struct Places<'a> {
 impl Places<'_> {
     /// Makes sure that every file can be written, before the work that is to fill it.
     pub fn check(&self, transports: &[Transport]) -> Result<(), CliError> {
-        match self.output {
-            None => make_directory(self.directory)?,
-            Some(path) => make_folder_of(path)?,
+        if self.output.is_none() {
+            make_directory(self.directory)?;
         }
         for &transport in transports {
-            check_destination(self.picture(transport))?;
+            check_place(&self.picture(transport))?;
         }
         if self.several {
-            check_destination(self.sheet())?;
+            check_place(&self.sheet())?;
         }
         Ok(())
     }
@@ -68,10 +67,11 @@ impl Places<'_> {
     }
 }
 
-/// Makes the folder that a file is to lie in, if there is none.
-pub fn make_folder_of(path: &Path) -> Result<(), CliError> {
+/// Makes sure that a file can be written, in a folder that is made if there is none.
+pub fn check_place(path: &Path) -> Result<(), CliError> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.exists());
-    Ok(folder.map_or(Ok(()), make_directory)?)
+    folder.map_or(Ok(()), make_directory)?;
+    Ok(check_destination(path)?)
 }
 
 fn with_suffix(path: &Path, suffix: &str, extension: &str) -> PathBuf {

@@ -15,8 +15,8 @@ use serde::{Deserialize, Serialize};
 use crate::console::Console;
 use crate::error::CliError;
 use crate::options::arguments::{Brightness, Common};
-use crate::pictures::make_folder_of;
-use halflight::pictures::{check_destination, check_extension, is_exr, make_directory, read_layers, write_picture};
+use crate::pictures::check_place;
+use halflight::pictures::{check_extension, is_exr, make_directory, read_layers, write_picture};
 use halflight::render::EmitterPower;
 use halflight_lighting::{Factors, LampLight, Relit, SolvedPoint, Uniformity, aims};
 
@@ -79,8 +79,7 @@ struct RelightReport {
 pub fn run(own: &Relight, common: &Common, console: &Console) -> Result<(), CliError> {
     if let Some(path) = &own.output {
         check_extension(path)?;
-        make_folder_of(path)?;
-        check_destination(path)?;
+        check_place(path)?;
     }
     let lamps = open(&own.file)?;
     let names = lamps.names();

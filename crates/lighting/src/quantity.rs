@@ -6,13 +6,11 @@
 //!
 //! Not handled: spectra, and what eyes do in the dark.
 
+use halflight::pictures::LUMINANCE;
 use halflight::render::{SensorLight, SensorLights};
 use halflight::scene::EFFICACY;
 
 use crate::uniformity::Uniformity;
-
-/// CIE Y of linear sRGB (IEC 61966-2-1).
-const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
 /// A number for the light at a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

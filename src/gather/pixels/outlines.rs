@@ -158,9 +158,8 @@ fn outlined(camera_rays: &CameraRays, pixels: &[Pixel]) -> Vec<Outlined> {
 fn outlines(view: &View, faces: &[(u32, [DVec2; 3])]) -> Vec<[DVec2; 2]> {
     const NEXT: [usize; 3] = [1, 2, 0];
     let of_face = |face: u32| {
-        let (corners, material) = (view.scene.corners(face), view.scene.faces[face as usize].material);
-        let front = view.patches.normal(face, Side::Front).dot(view.scene.camera.position - corners[0]) > 0.0;
-        let bits = corners.map(|corner| corner.to_array().map(f32::to_bits));
+        let (material, front) = (view.scene.faces[face as usize].material, shows_front(view, face));
+        let bits = view.scene.corners(face).map(|corner| corner.to_array().map(f32::to_bits));
         move |from: usize, to: usize| (bits[from], bits[to], material, front)
     };
     let directed = |&(face, _): &(u32, [DVec2; 3])| {
@@ -190,8 +189,13 @@ fn beside(marked: &[bool], width: usize) -> Vec<bool> {
 
 /// Whether a side of a face that emits faces the camera.
 fn is_seen_from(view: &View, face: u32) -> bool {
+    view.scene.material(face).sides == Sides::Two || shows_front(view, face)
+}
+
+/// Whether the front of a face is towards the camera.
+fn shows_front(view: &View, face: u32) -> bool {
     let to_eye = view.scene.camera.position - view.scene.corners(face)[0];
-    view.scene.material(face).sides == Sides::Two || view.patches.normal(face, Side::Front).dot(to_eye) > 0.0
+    view.patches.normal(face, Side::Front).dot(to_eye) > 0.0
 }
 
 impl CameraRays<'_> {

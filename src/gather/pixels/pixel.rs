@@ -103,6 +103,11 @@ impl Pixel {
         self.light.outline.as_ref().map_or_else(|| self.variance(self.light.emitted), |outline| outline.variance)
     }
 
+    /// The squared standard error of what its outline of an emitter shows, which its halves do not have; 0 without one.
+    pub(crate) fn outline_variance(&self) -> DVec3 {
+        self.light.outline.as_ref().map_or(DVec3::ZERO, |outline| outline.variance)
+    }
+
     /// Whether camera rays disagree about what is emitted: some met any, or the halves different light.
     pub(crate) fn emission_differs(&self) -> bool {
         self.shows_outline() || self.light.emitted[0] != self.light.emitted[1]

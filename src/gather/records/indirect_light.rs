@@ -101,8 +101,8 @@ impl IndirectLight {
         let variance = |k: usize| own(k).map_or(DVec3::ZERO, |p| p.variance);
         let picture = |value: &dyn Fn(usize) -> DVec3| drawn(view, value);
         let field = |f: usize| picture(&|k| own(k).map_or(DVec3::ZERO, |p| p.fields[f].as_dvec3()));
-        let outline = |k: usize| pixels[k].light.outline.as_ref().map_or(DVec3::ZERO, |outline| outline.variance);
-        let deviation = |k: usize| (pixels[k].variance(pixels[k].halves()) + outline(k) + variance(k)).map(f64::sqrt);
+        let own_variance = |pixel: &Pixel| pixel.variance(pixel.halves()) + pixel.outline_variance();
+        let deviation = |k: usize| (own_variance(&pixels[k]) + variance(k)).map(f64::sqrt);
         let cast: f64 = pixels.iter().map(Pixel::camera).sum();
         let rays: u64 = pixels.iter().map(|p| p.met.rays).sum();
         let reflecting: u64 = pixels.iter().map(|p| u64::from(p.met.reflecting)).sum();
@@ -163,11 +163,7 @@ impl IndirectLight {
     fn error(&self, pixels: &[Pixel]) -> GatherError {
         let camera = measure(pixels);
         let indirect = self.measure(pixels);
-        let outline = |pixel: &Pixel| {
-            let variance = pixel.light.outline.as_ref().map_or(0.0, |outline| outline.variance.element_sum());
-            pixel.weight() * variance
-        };
-        let outlines: f64 = pixels.iter().map(outline).sum();
+        let outlines: f64 = pixels.iter().map(|pixel| pixel.weight() * pixel.outline_variance().element_sum()).sum();
         let rms = |sum: f64| (sum / (3.0 * camera.count.max(1.0))).sqrt();
         let shown: f64 = pixels.iter().map(|pixel| pixel.mean_emission().length_squared()).sum();
         let noise: f64 = pixels.iter().map(|pixel| pixel.emission_variance().element_sum()).sum();

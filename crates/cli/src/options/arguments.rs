@@ -212,6 +212,10 @@ impl Subject {
         Ok(scene)
     }
 
+    fn is_built_in(&self) -> bool {
+        builtin::find(&self.scene).is_some()
+    }
+
     /// How its PNG files are shown where no picture is looked at.
     pub fn exposure(&self) -> Exposure {
         self.brightness.exposure()
@@ -219,7 +223,7 @@ impl Subject {
 
     /// How its PNG files are shown.
     pub fn exposing(&self) -> Exposing {
-        let is_fixed = self.brightness.exposure.is_some() || builtin::find(&self.scene).is_some();
+        let is_fixed = self.brightness.exposure.is_some() || self.is_built_in();
         let chosen = if is_fixed { OnceCell::from(self.exposure()) } else { OnceCell::new() };
         Exposing { chosen }
     }
@@ -238,7 +242,7 @@ impl Subject {
             (Some(ModeChoice::OneBounce), _) => Mode::OneBounce.transport(),
             (Some(ModeChoice::Local), _) => Mode::Local.transport(),
             (None, Some(own)) => own,
-            (None, None) if builtin::find(&self.scene).is_none() => Mode::Global.transport(),
+            (None, None) if !self.is_built_in() => Mode::Global.transport(),
             (Some(ModeChoice::All), _) | (None, None) => return Mode::ALL.map(Mode::transport).to_vec(),
         };
         vec![one]
