@@ -39,7 +39,8 @@ impl Exposure {
         let luminance = |pixel: &Rgb| pixel.as_dvec3().dot(DVec3::from(LUMINANCE));
         let mut lit: Vec<f64> = picture.pixels.iter().map(luminance).filter(|y| *y > 0.0 && y.is_finite()).collect();
         lit.sort_by(f64::total_cmp);
-        let typical = lit.get((SHARE * lit.len() as f64) as usize)?;
+        let rank = (SHARE * lit.len() as f64).ceil() as usize;
+        let typical = lit.get(rank.checked_sub(1)?)?;
         Some(Exposure { stops: (LIGHT / typical).log2() as f32 })
     }
 
