@@ -14,7 +14,7 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use halflight::Solver;
 use halflight::error::ImportancePaths;
 use halflight::form_factors::Sampling;
-use halflight::gather::{GatherPass, GatherSampling, Gathering, gather};
+use halflight::gather::{GatherPass, GatherSampling, Gathering, Told, gather};
 use halflight::light::{Mode, Rgb};
 use halflight::pictures::Size;
 use halflight::reading::{Fields, View};
@@ -76,7 +76,7 @@ fn pass(c: &mut Criterion) {
                 b.iter(|| black_box(mode.picture(solution, &GatherPass::new(SIZE, gathering), &Silent)))
             });
             group.bench_function(BenchmarkId::new("direct", &how), |b| {
-                b.iter(|| black_box(gather(&solved.view(), &dark, &gathering, &|_| ())))
+                b.iter(|| black_box(gather(&solved.view(), &dark, &gathering, &Told::NOBODY)))
             });
         }
         group.finish();

@@ -136,7 +136,7 @@ def render(program, given, size, tolerance, seed, extra, limit):
             said.seek(0)
             if status:
                 return None, {**took, "why": said.read()[-300:]}
-            return read(picture), {**took, **json.load(report)}
+            return read(picture), {**took, **json.load(report)["modes"][0]}
 
 
 def run(options):

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::{DQuat, DVec3, EulerRot};
 use halflight::Solver;
 use halflight::direct::Occlusion;
-use halflight::form_factors::{Sampling, Variant, cast, cast_counts, closure, reciprocity};
+use halflight::form_factors::{Sampling, Variant, cast, cast_counts, reciprocity, row_sums};
 use halflight::light::{Mode, Rgb};
 use halflight::operator::LinearOperator;
 use halflight::render::Discretization;
@@ -105,7 +105,7 @@ fn cauchy_crofton() {
         }
         let exact = 1.0 + bodies / room;
         assert!((sums / room / exact - 1.0).abs() < 0.005, "{count} boxes: {} {exact}", sums / room);
-        assert!(closure(&f, p.patches.areas()).expect("rays were cast").max > exact);
+        assert!(row_sums(&f, p.patches.areas()).expect("rays were cast").max > exact);
     }
 }
 

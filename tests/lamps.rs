@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 use halflight::Solver;
 use halflight::direct::{Lights, Scratch};
 use halflight::form_factors::Sampling;
-use halflight::gather::{GatherSampling, Gathering, gather};
+use halflight::gather::{GatherSampling, Gathering, Told, gather};
 use halflight::light::{Mode, Rgb};
 use halflight::pictures::{Picture, Size};
 use halflight::rays::Rays;
@@ -181,7 +181,7 @@ fn each_asked(p: &Discretization, mode: Mode, size: Size, camera: u32, seed: u32
     let view = View::new(&lights, size);
     let dark = Fields::new(&[vec![Rgb::ZERO; p.patches.len()]]);
     let sampling = GatherSampling { camera, luminaire: 1, hemisphere: 1, seed };
-    gather(&view, &dark, &Gathering::Uniform(sampling), &|_| ()).direct
+    gather(&view, &dark, &Gathering::Uniform(sampling), &Told::NOBODY).direct
 }
 
 #[test]

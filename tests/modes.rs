@@ -54,7 +54,7 @@ fn without_interreflection_the_second_bounce_is_exactly_nothing() {
             // out, and rays are left to a patch or two whose view is too ragged, 64 or so a luminaire each.
             let most = if mode == Mode::Local { 0 } else { 64 * 20 };
             assert!(rays <= most, "{name} {mode}: {rays}");
-            assert!(k.closure.is_none());
+            assert!(k.row_sums.is_none());
             assert_eq!(k.operator.form_factors().entries(), 0);
             let first = k.operator.first_bounce();
             assert!(first.iter().any(|l| l.visible != Rgb::ZERO));

@@ -30,7 +30,7 @@ fn one_cast_for_several_modes_gives_what_each_alone_gives() {
         let label = mode.label();
         assert!(all.operator.form_factors() == alone.operator.form_factors(), "{label}");
         assert_eq!(all.operator.first_bounce(), alone.operator.first_bounce(), "{label}");
-        assert_eq!(all.closure, alone.closure, "{label}");
+        assert_eq!(all.row_sums, alone.row_sums, "{label}");
     }
 }
 

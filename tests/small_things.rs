@@ -3,7 +3,7 @@
 use glam::DVec3;
 use halflight::Solver;
 use halflight::direct::{Occlusion, Scratch};
-use halflight::gather::{GatherSampling, Gathering, gather};
+use halflight::gather::{GatherSampling, Gathering, Told, gather};
 use halflight::light::{Mode, Rgb};
 use halflight::pictures::{Picture, Size};
 use halflight::rays::sobol::{Stream, hash};
@@ -159,7 +159,7 @@ fn lamps_of_one_colour_among_others_are_as_near_as_stated() {
         let dark = Fields::new(&[vec![Rgb::ZERO; p.patches.len()]]);
         let sampling = GatherSampling { camera: 256, luminaire: 1, hemisphere: 1, seed: 5 };
         // Nothing lies between: the closed form of every lamp at every camera ray.
-        let exact = gather(&view, &dark, &Gathering::Uniform(sampling), &|_| ()).direct;
+        let exact = gather(&view, &dark, &Gathering::Uniform(sampling), &Told::NOBODY).direct;
         let pairs = || found.picture.pixels.iter().zip(&exact.pixels);
         let off: f64 = pairs().map(|(a, b)| f64::from((*a - *b).length_squared())).sum();
         let reached = (off / pairs().map(|(_, b)| f64::from(b.length_squared())).sum::<f64>()).sqrt();

@@ -260,7 +260,7 @@ pub(crate) fn hemisphere_ray(patches: &Patches, i: usize, at: impl Fn(usize) -> 
 /// Sums of the rows of F: 1 in a closed opaque scene, less where light escapes or meets black backs, more where
 /// surfaces transmit.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Closure {
+pub struct RowSums {
     /// The smallest row sum.
     pub min: f64,
     /// The largest row sum.
@@ -270,8 +270,8 @@ pub struct Closure {
 }
 
 /// Row sums over the patches rays were cast from; `None` where no ray was cast at all.
-pub fn closure(f: &FormFactors, areas: &[f64]) -> Option<Closure> {
-    let mut found: Option<Closure> = None;
+pub fn row_sums(f: &FormFactors, areas: &[f64]) -> Option<RowSums> {
+    let mut found: Option<RowSums> = None;
     let (mut weighted, mut area) = (0.0, 0.0);
     for (sum, a) in f.row_sums.iter().zip(areas) {
         let Some(sum) = sum.map(f64::from) else {
@@ -281,7 +281,7 @@ pub fn closure(f: &FormFactors, areas: &[f64]) -> Option<Closure> {
         area += a;
         let (min, max) = found.map_or((sum, sum), |c| (c.min.min(sum), c.max.max(sum)));
         let mean = weighted / area;
-        found = Some(Closure { min, max, mean });
+        found = Some(RowSums { min, max, mean });
     }
     found
 }

@@ -12,7 +12,7 @@
 //! Between whole objects, [`Bodies`] finds form factors by contour integrals and by quadrature, to as many digits as
 //! requested, and [`Sampler`] by rays where there are too many faces for that.
 //!
-//! [`closure`] and [`reciprocity`] are checks for anyone to call; nothing is silently repaired.
+//! [`row_sums`] and [`reciprocity`] are checks for anyone to call; nothing is silently repaired.
 
 pub(crate) mod adaptive_integration;
 pub(crate) mod cast;
@@ -33,7 +33,7 @@ pub(crate) mod shadow;
 pub(crate) mod sparse;
 
 pub use adaptive_integration::{Estimate, Tolerance};
-pub use cast::{Closure, FormFactors, Progress, Sampling, Variant, cast, cast_counts, closure, reciprocity};
+pub use cast::{FormFactors, Progress, RowSums, Sampling, Variant, cast, cast_counts, reciprocity, row_sums};
 pub use columns::{Columns, PANEL};
 pub use exact::{Bodies, Method};
 pub use lambert::{point_kernel, point_to_polygon};

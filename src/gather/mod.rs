@@ -8,11 +8,13 @@
 
 pub(crate) mod gathered;
 pub(crate) mod irradiance;
+pub(crate) mod nearness;
 pub(crate) mod pass;
 pub(crate) mod pixels;
 pub(crate) mod records;
 pub(crate) mod sampling;
 
 pub use gathered::{GatherError, Gathered, GatheredLayer};
+pub use nearness::{Nearness, Told};
 pub use pass::gather;
 pub use sampling::{GatherPass, GatherSampling, Gathering};

@@ -15,8 +15,8 @@
 
 use halflight_team::is_over;
 
-use crate::form_factors::Progress;
 use crate::gather::gathered::Gathered;
+use crate::gather::nearness::{Nearing, Told};
 use crate::gather::pixels::adaptive_sampling::{Plan, sample_pixels};
 use crate::gather::pixels::camera_rays::{CameraRays, CameraSampling};
 use crate::gather::pixels::outlines::measure_outlines;
@@ -29,11 +29,11 @@ use crate::gather::sampling::Gathering;
 use crate::reading::patch_light::Fields;
 use crate::reading::view::View;
 
-/// Renders the visible half: emission, direct light and what each field sends, with their errors; `tick` counts rows.
-pub fn gather(view: &View, fields: &Fields, gathering: &Gathering, tick: Progress) -> Gathered {
-    let settings = GatherSettings::new(view, fields, gathering);
+/// Renders the visible half: emission, direct light and what each field sends, with their errors.
+pub fn gather(view: &View, fields: &Fields, gathering: &Gathering, told: &Told) -> Gathered {
+    let settings = GatherSettings::new(view, fields, gathering, told);
     let camera_rays = CameraRays::new(view, fields, &settings.camera);
-    let mut pixels = sample_pixels(&camera_rays, &settings.plan, tick);
+    let mut pixels = sample_pixels(&camera_rays, &settings.plan);
     let final_gather = FinalGather::new(view, fields);
     let mut cache = IrradianceCache::new(&camera_rays, &final_gather, settings.density, &pixels);
     let mut indirect = IndirectLight::default();
@@ -58,20 +58,21 @@ const LEAST_RADIUS: f64 = 2.5;
 const RAYS: f64 = 128.0;
 
 /// The parameters of the pass that [`Gathering`] makes for one picture.
-pub(crate) struct GatherSettings {
-    pub plan: Plan,
+pub(crate) struct GatherSettings<'a> {
+    pub plan: Plan<'a>,
     pub density: Density,
     pub camera: CameraSampling,
     error: Option<f64>,
 }
 
-impl GatherSettings {
+impl<'a> GatherSettings<'a> {
     /// The first estimate; rounds of sampling correct it.
-    pub(crate) fn new(view: &View, fields: &Fields, gathering: &Gathering) -> GatherSettings {
+    pub(crate) fn new(view: &View, fields: &Fields, gathering: &Gathering, told: &Told<'a>) -> GatherSettings<'a> {
+        let nearing = Nearing { told: *told, squared: 0.0, camera: 1.0 };
         let pixel = view.scene.camera.pixel(view.height);
         match *gathering {
             Gathering::Uniform(sampling) => GatherSettings {
-                plan: Plan { first: (sampling.camera / 2).max(1), noise: None, deadline: None },
+                plan: Plan { first: (sampling.camera / 2).max(1), noise: None, deadline: None, nearing },
                 density: Density {
                     spacing: 1,
                     rays: (sampling.camera * sampling.hemisphere / 2).max(1),
@@ -89,12 +90,14 @@ impl GatherSettings {
             },
             Gathering::Within { error, camera, seed, deadline } => {
                 // Without time for rounds the first estimate stays.
+                let camera = if fields.is_dark() { 1.0 } else { camera };
                 let fineness = if is_over(deadline) { 0.1 } else { (0.01 / error).clamp(0.1, 100.0) };
                 GatherSettings {
                     plan: Plan {
                         first: ((2.0 * fineness) as u32).clamp(2, 16).next_power_of_two(),
-                        noise: Some(error * if fields.is_dark() { 1.0 } else { camera.sqrt() }),
+                        noise: Some(error * camera.sqrt()),
                         deadline,
+                        nearing: Nearing { squared: error * error, camera, ..nearing },
                     },
                     density: Density {
                         spacing: spacing(view.width.max(view.height)),
@@ -137,9 +140,9 @@ pub(crate) fn with_records(
     let view = View::new(&lights, (side, side).into());
     let fields = Fields::new(&[(0..view.patches.len()).map(light).collect()]);
     let gathering = Gathering::Within { error: 0.1, camera: 0.25, seed: 0, deadline: None };
-    let settings = GatherSettings::new(&view, &fields, &gathering);
+    let settings = GatherSettings::new(&view, &fields, &gathering, &Told::NOBODY);
     let camera_rays = CameraRays::new(&view, &fields, &settings.camera);
-    let pixels = sample_pixels(&camera_rays, &settings.plan, &|_| ());
+    let pixels = sample_pixels(&camera_rays, &settings.plan);
     let final_gather = FinalGather::new(&view, &fields);
     test(&pixels, &|changed| {
         let density = changed(settings.density);

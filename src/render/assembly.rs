@@ -8,8 +8,8 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use crate::direct::{Lights, Luminaires, TOLERABLE};
-use crate::form_factors::{Closure, Sampling, Variant, closure};
-use crate::gather::{GatherPass, Gathered, gather};
+use crate::form_factors::{RowSums, Sampling, Variant, row_sums};
+use crate::gather::{GatherPass, Gathered, Nearness, Told, gather};
 use crate::light::{Light, Rgb, Transport};
 use crate::operator::linear::LinearOperator;
 use crate::operator::{Cast, EmitterLight, Operator, PatchMaterials, RowSource, Wanted};
@@ -68,6 +68,8 @@ pub trait Watch: Send + Sync {
     fn begin(&self, step: &str, length: u64);
     /// So many ticks were done.
     fn tick(&self, done: u64);
+    /// Work to a tolerance is so near to it.
+    fn near(&self, _nearness: Nearness) {}
 }
 
 /// Light on patches.
@@ -181,7 +183,7 @@ pub struct Assembled {
     /// K, and E.
     pub operator: Operator,
     /// Row sums of F; none where no ray was needed.
-    pub closure: Option<Closure>,
+    pub row_sums: Option<RowSums>,
     /// The rays of F.
     pub sampling: Sampling,
 }
@@ -208,13 +210,13 @@ pub(crate) fn assemble(
         watch.begin("light as emitted", patches.len() as u64);
         let received = lights.receive(&m.receives(), sampling, &tick);
         rays += received.rays;
-        let closure = closure(&f, patches.areas());
+        let row_sums = row_sums(&f, patches.areas());
         let areas = patches.file_areas(&geometry.scene);
         let emitters = emitter_lights(lights, &m.emission, received.emitters);
         let operator =
             Operator::new(f, m, areas, received.luminaires).with_punctual(&received.punctual).with_emitters(emitters);
         let (transport, lights, sampling) = (*transport, Arc::clone(lights), *sampling);
-        assembled.push(Assembled { transport, lights, operator, closure, sampling });
+        assembled.push(Assembled { transport, lights, operator, row_sums, sampling });
     }
     (assembled, rays)
 }
@@ -355,5 +357,6 @@ fn fields(patches: &Patches, values: &[Vec<Rgb>]) -> Fields {
 /// Renders the visible half of what the fields send.
 pub(crate) fn render(lights: &Lights, fields: &Fields, pass: &GatherPass, watch: &dyn Watch) -> Gathered {
     watch.begin("gather", pass.size.height as u64);
-    gather(&View::new(lights, pass.size), fields, &pass.gathering, &|done| watch.tick(done))
+    let told = Told { rows: &|done| watch.tick(done), near: &|nearness| watch.near(nearness) };
+    gather(&View::new(lights, pass.size), fields, &pass.gathering, &told)
 }

@@ -19,6 +19,7 @@ mod search;
 mod solver;
 mod square;
 
+pub use crate::gather::Nearness;
 pub use crate::operator::{Cast, RowSource, Wanted};
 pub use assembly::{Assembled, Discretization, PatchLight, Seconds, Silent, Watch, pictures, without_luminaires};
 pub use bounces::{BounceSeries, EmitterTerms, End};

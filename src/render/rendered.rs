@@ -3,7 +3,7 @@
 use std::fmt::{self, Display, Formatter};
 use std::path::Path;
 
-use crate::form_factors::Closure;
+use crate::form_factors::RowSums;
 use crate::gather::Gathered;
 use crate::operator::Bounds;
 use crate::pictures::{Exposure, ImageError, NamedPicture, Picture, Shows, write_picture};
@@ -86,7 +86,7 @@ pub struct Rendered {
     /// How the series behaves.
     pub verdict: Verdict,
     /// Row sums of F; none where no ray was needed.
-    pub closure: Option<Closure>,
+    pub row_sums: Option<RowSums>,
     /// Share of the camera's rays that met the black back of a one-sided face.
     pub backs: f64,
     /// Share of the camera's rays that met a side that reflects.
@@ -116,7 +116,7 @@ impl Rendered {
             rays: spent.rays + gathered.rays,
             radius: solution.radius,
             verdict: solution.verdict,
-            closure: mode.closure,
+            row_sums: mode.row_sums,
             backs: gathered.backs,
             sees: gathered.sees,
             standard_error: gathered.standard_error,

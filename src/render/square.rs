@@ -74,6 +74,6 @@ impl SquareColumn<'_> {
         let operator = Operator::new(f, m, patches.file_areas(&geometry.scene), self.received.luminaires.clone())
             .with_punctual(&self.received.punctual);
         let sampling = self.square.sampling;
-        Assembled { transport, lights: Arc::clone(&self.lights), operator, closure: None, sampling }
+        Assembled { transport, lights: Arc::clone(&self.lights), operator, row_sums: None, sampling }
     }
 }

@@ -11,7 +11,7 @@ use glam::{DVec3, Vec2, Vec4};
 
 use crate::light::Gloss;
 use crate::scene::coincident::{Origin, resolve};
-use crate::scene::error::{About, Place, SceneError, Tally, ViewError, Warning};
+use crate::scene::error::{About, Effect, Place, SceneError, Tally, ViewError, Warning};
 use crate::scene::model::{Camera, Face, Material, NamedCamera, Scene, UnitFrame};
 use crate::scene::polygon::{Cover, MOST_CORNERS, Points, THINNEST, Triangulator, height};
 use crate::scene::punctual::{PunctualForm, PunctualLight, PunctualPlace};
@@ -257,9 +257,9 @@ impl Mesh {
             }
         }
         let place = (soup.file.as_str(), soup.item);
-        flat.report(About::Shape, place, "face", "dropped, having no area", warnings);
+        flat.report(About::Shape(Effect::Simplified), place, "face", "dropped, having no area", warnings);
         let consequence = "an outline that crosses itself has no inside, so the triangles are a guess";
-        crossing.report(About::Shape, place, "polygon", consequence, warnings);
+        crossing.report(About::Shape(Effect::Guessed), place, "polygon", consequence, warnings);
     }
 
     /// Adds a triangle, unless it is too thin; whether it was added.

@@ -5,20 +5,13 @@
 //!
 //! Not handled: scenes that are computed; every one is a file.
 
-/// Names and one-line descriptions of the built-in scenes.
-pub const NAMES: [(&str, &str); 5] = [
-    ("cornell-box", "the Cornell box: two blocks, a red and a green wall, a lamp in the ceiling"),
-    ("furnace", "a closed cube that emits 0.25 and reflects 0.5 everywhere: L = E/(1 - rho) = 0.5"),
-    ("concentric-spheres", "a ball of radius 0.5 inside a sphere of radius 1, lit by a cap of the sphere"),
-    ("furnished-room", "a closed room full of furniture, rho 0.8: shadowless light diverges here"),
-    ("two-rooms", "two rooms joined by a doorway, the lamp in one and the camera in the other"),
-];
-
 /// The files of one built-in scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Files {
     /// Its name; the files are `NAME.toml`, `NAME.obj` and `NAME.mtl`.
     pub name: &'static str,
+    /// What it shows, in one line.
+    pub description: &'static str,
     /// The scene file.
     pub toml: &'static str,
     /// The geometry.
@@ -28,9 +21,10 @@ pub struct Files {
 }
 
 macro_rules! embed {
-    ($name:literal) => {
+    ($name:literal, $description:literal) => {
         Files {
             name: $name,
+            description: $description,
             toml: include_str!(concat!("../../meshes/", $name, ".toml")),
             obj: include_str!(concat!("../../meshes/", $name, ".obj")),
             mtl: include_str!(concat!("../../meshes/", $name, ".mtl")),
@@ -38,26 +32,29 @@ macro_rules! embed {
     };
 }
 
-/// The files of all built-in scenes, in the order of [`NAMES`].
-pub const ALL: [Files; 5] = [
-    embed!("cornell-box"),
-    embed!("furnace"),
-    embed!("concentric-spheres"),
-    embed!("furnished-room"),
-    embed!("two-rooms"),
+/// The built-in scenes; whatever lists them reads this.
+pub const ALL: &[Files] = &[
+    embed!("cornell-box", "the Cornell box: two blocks, a red and a green wall, a lamp in the ceiling"),
+    embed!("furnace", "a closed cube that emits 0.25 and reflects 0.5 everywhere: L = E/(1 - rho) = 0.5"),
+    embed!("concentric-spheres", "a ball of radius 0.5 inside a sphere of radius 1, lit by a cap of the sphere"),
+    embed!("furnished-room", "a closed room full of furniture, rho 0.8: shadowless light diverges here"),
+    embed!("two-rooms", "two rooms joined by a doorway, the lamp in one and the camera in the other"),
+    embed!("gallery", "a lamp, a partition, a table and two balls: each mode at a glance"),
 ];
 
-/// The room of the figures for print: not among the scenes to study.
-pub const GALLERY: Files = embed!("gallery");
-
-/// Names and lines on all built-in scenes, that of the figures last.
+/// Their names and descriptions.
 pub fn listed() -> impl Iterator<Item = (&'static str, &'static str)> {
-    NAMES.into_iter().chain([(GALLERY.name, "a lamp, a partition, a table and two balls: each mode at a glance")])
+    ALL.iter().map(|files| (files.name, files.description))
+}
+
+/// Their names.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    ALL.iter().map(|files| files.name)
 }
 
 /// The files of the scene of that name.
 pub fn find(name: &str) -> Option<&'static Files> {
-    ALL.iter().chain([&GALLERY]).find(|files| files.name == name)
+    ALL.iter().find(|files| files.name == name)
 }
 
 /// The bytes of an embedded OBJ or MTL.

@@ -266,11 +266,11 @@ fn directions(number: usize) -> impl Iterator<Item = Vec3> {
 mod tests {
     use super::*;
     use crate::scene::LoadOptions;
-    use crate::scene::builtin::NAMES;
+    use crate::scene::builtin;
 
     #[test]
     fn boxes_hide_no_wall() {
-        for (name, _) in NAMES {
+        for name in builtin::names() {
             let scene = Scene::builtin(name, LoadOptions::default()).unwrap().unwrap();
             let walls = Walls::new(&scene, 0..scene.solid_faces());
             let all_around = |(turn, place): (usize, DVec3)| directions(turn).map(move |way| (place.as_vec3(), way));

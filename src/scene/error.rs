@@ -315,14 +315,24 @@ pub struct Warning {
     pub text: String,
 }
 
-/// What a warning concerns.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+/// What a warning concerns, and what that does to a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum About {
     /// Where surfaces are, and what they hide.
-    Shape,
+    Shape(Effect),
     /// What surfaces reflect and emit, lights and cameras: what form factors do not depend on.
-    #[default]
-    Light,
+    Light(Effect),
+}
+
+/// What becomes of what a file says, the worst first: in this order warnings are told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub enum Effect {
+    /// Something that is not there, or cannot be meant, has a guess in its place.
+    Guessed,
+    /// It is missing from the picture.
+    LeftOut,
+    /// It is there, but simpler than the file says.
+    Simplified,
 }
 
 impl Deref for Warning {
@@ -352,6 +362,13 @@ impl Borrow<str> for Warning {
 }
 
 impl About {
+    /// What it does to a picture.
+    pub fn effect(self) -> Effect {
+        match self {
+            About::Shape(effect) | About::Light(effect) => effect,
+        }
+    }
+
     /// A warning of this.
     pub(crate) fn warning(self, text: String) -> Warning {
         Warning { about: self, text }

@@ -18,7 +18,7 @@ use glam::Vec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::scene::enclosure::{Met, Walls};
-use crate::scene::error::About;
+use crate::scene::error::{About, Effect};
 use crate::scene::model::{Scene, Sides};
 use crate::scene::soup::Soup;
 
@@ -62,7 +62,7 @@ pub(super) fn turn_inside_out(soup: &mut Soup, (read, polygons): (&Scene, &[usiz
         "`{name}`{more} was turned inside out: the camera is in it, and its faces look outward, where their backs are \
          black; --as-modelled keeps it"
     );
-    soup.warnings.insert(0, About::Shape.warning(text));
+    soup.warnings.insert(0, About::Shape(Effect::Guessed).warning(text));
     soup.turn(&turned.into_iter().map(|face| polygons[face]).collect());
     true
 }

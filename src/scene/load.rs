@@ -11,7 +11,7 @@ use glam::DVec3;
 use crate::light::Rgb;
 use crate::scene::build::{Triangulated, assemble};
 use crate::scene::emission::SkyLight;
-use crate::scene::error::{About, SceneError, list};
+use crate::scene::error::{About, Effect, SceneError, list};
 use crate::scene::inside_out::{sees_backs, turn_inside_out};
 use crate::scene::model::{AddedLight, Camera, LoadOptions, Scene, Winding};
 use crate::scene::obj::lines::decode;
@@ -43,7 +43,7 @@ impl Scene {
         }
     }
 
-    /// A built-in scene; none of that name gives none. See [`builtin::NAMES`].
+    /// A built-in scene; none of that name gives none. See [`builtin::ALL`].
     ///
     /// # Errors
     /// None that a test has not ruled out: the built-in files go through the same checks as any other.
@@ -58,7 +58,7 @@ impl Scene {
         Some(from_scene_file(&SceneInput { name, file: &file, bytes, reader: &beside, options }))
     }
 
-    /// A built-in scene of that name ([`builtin::NAMES`]), else the `.obj`, `.glb`, `.gltf` or `.toml` file of that
+    /// A built-in scene of that name ([`builtin::ALL`]), else the `.obj`, `.glb`, `.gltf` or `.toml` file of that
     /// path.
     ///
     /// # Errors
@@ -77,7 +77,7 @@ impl Scene {
         }
         let path = Path::new(name_or_path);
         if !path.exists() {
-            let known: Vec<&str> = builtin::listed().map(|(name, _)| name).collect();
+            let known: Vec<&str> = builtin::names().collect();
             let nearest = nearest(name_or_path).map_or(String::new(), |name| format!("did you mean `{name}`? "));
             return Err(SceneError::NoSuchScene { name: name_or_path.to_owned(), nearest, known: known.join(", ") });
         }
@@ -156,7 +156,7 @@ const ALIKE: f64 = 0.8;
 /// The built-in scene whose name is most like a word, if one is like it at all.
 fn nearest(word: &str) -> Option<&'static str> {
     let alike = |name: &str| strsim::jaro_winkler(word, name);
-    let found = builtin::listed().map(|(name, _)| name).max_by(|a, b| alike(a).total_cmp(&alike(b)))?;
+    let found = builtin::names().max_by(|a, b| alike(a).total_cmp(&alike(b)))?;
     (alike(found) >= ALIKE).then_some(found)
 }
 
@@ -203,7 +203,7 @@ fn warn_of_metres(scene: &mut Scene, is_assumed: bool) {
              unit, like unit = \"mm\" in a scene file, or --unit mm",
             scene.name
         );
-        scene.warnings.push(About::Light.warning(text));
+        scene.warnings.push(About::Light(Effect::Guessed).warning(text));
     }
 }
 
@@ -247,8 +247,19 @@ fn from_scene_file(input: &SceneInput) -> Result<Scene, SceneError> {
     })
 }
 
-/// Makes a scene, and where rooms in it look outward and are to be turned makes it anew of what is turned.
+/// Makes a scene, and where rooms in it look outward and are to be turned makes it anew of what is turned; what is to
+/// be told of it stands in order.
 fn turned(
+    soup: Soup,
+    options: LoadOptions,
+    make: impl Fn(&Soup) -> Result<Scene, SceneError>,
+) -> Result<Scene, SceneError> {
+    let mut scene = with_fronts(soup, options, make)?;
+    scene.warnings.sort_by_key(|warning| warning.about.effect());
+    Ok(scene)
+}
+
+fn with_fronts(
     mut soup: Soup,
     options: LoadOptions,
     make: impl Fn(&Soup) -> Result<Scene, SceneError>,

@@ -35,7 +35,7 @@ pub use bounds::{Bounds, Coordinates};
 pub use build::GivenFace;
 pub(crate) use coincident::planes;
 pub use emission::{Emitters, MOST_EMITTERS, SkyLight};
-pub use error::{About, Place, SceneError, ViewError, Warning};
+pub use error::{About, Effect, Place, SceneError, ViewError, Warning};
 pub use load::is_scene_file;
 pub use model::{
     AddedLight, Camera, DEFAULT_FOV, DEFAULT_GREY, DEFAULT_RHO, Face, LoadOptions, Material, NO_MATERIAL, NamedCamera,

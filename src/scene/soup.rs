@@ -20,7 +20,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec2, Vec3, Vec4, Vec4Swizzles};
 
-use crate::scene::error::{About, Place, SceneError, Tally, Warning, shorten};
+use crate::scene::error::{About, Effect, Place, SceneError, Tally, Warning, shorten};
 use crate::scene::model::{Camera, LoadOptions, Material, UnitFrame};
 use crate::scene::punctual::PunctualLight;
 use crate::scene::textures::Mask;
@@ -171,7 +171,7 @@ impl Soup {
         retain(&mut self.colours, &of_corners);
         retain(&mut self.polygons, &of_polygons);
         let consequence = "left out: its opacity is 0, so nothing is there";
-        removed.report(About::Shape, (&self.file, self.item), "face", consequence, &mut self.warnings);
+        removed.report(About::Shape(Effect::LeftOut), (&self.file, self.item), "face", consequence, &mut self.warnings);
     }
 
     /// Puts the colours of the corners, NaN where there is none, onto the materials. Returns whether each material is
@@ -236,7 +236,7 @@ impl Soup {
         }
         let consequence = "vertices without a colour count as white there, or reflect what their material does";
         let place = (self.file.as_str(), self.item);
-        gaps.report(About::Light, place, "partly coloured face", consequence, &mut self.warnings);
+        gaps.report(About::Light(Effect::Guessed), place, "partly coloured face", consequence, &mut self.warnings);
     }
 }
 

@@ -30,6 +30,7 @@ use halflight_study::{bounce_fields, bounce_pictures, bounce_sheet, bounces_char
 
 /// `halflight bounces`
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Picture")]
 pub struct Bounces {
     /// What to solve.
     #[command(flatten)]

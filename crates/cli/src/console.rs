@@ -1,15 +1,15 @@
-//! What a person sees: text, and progress bars where stderr is a terminal.
+//! What a person sees: text, and how far the work is where stderr is a terminal.
 
 use std::io;
 use std::io::{IsTerminal, Write as _, stderr, stdout};
 use std::sync::Mutex;
 
 use halflight_team as team;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::error::{CliError, columns, warning};
+use crate::progress::{Aim, Progress};
 use halflight::pictures::WriteError;
-use halflight::render::Watch;
+use halflight::render::{Nearness, Watch};
 
 /// Where text for people goes: stdout, stderr next to a JSON report, or nowhere.
 pub struct Console {
@@ -17,7 +17,8 @@ pub struct Console {
     quiet: bool,
     /// Things of a loop that are done when this process has done one of its own.
     together: u64,
-    bar: Mutex<ProgressBar>,
+    /// Where stderr is a terminal that a person looks at.
+    progress: Option<Mutex<Progress>>,
     /// Why a line did not reach stdout.
     failure: Mutex<Option<io::Error>>,
 }
@@ -26,8 +27,9 @@ impl Console {
     /// Whether there will be a JSON report on stdout, and whether nothing but errors is said. Of several processes one
     /// says it.
     pub fn new(json: bool, quiet: bool) -> Console {
-        let (bar, failure) = (Mutex::new(ProgressBar::hidden()), Mutex::new(None));
-        Console { json, quiet, together: team::size() as u64, bar, failure }
+        let is_seen = !quiet && team::speaks() && stderr().is_terminal();
+        let progress = is_seen.then(Mutex::default);
+        Console { json, quiet, together: team::size() as u64, progress, failure: Mutex::new(None) }
     }
 
     /// A line for people.
@@ -35,12 +37,13 @@ impl Console {
         if self.quiet || !team::speaks() {
             return;
         }
-        self.clear();
-        if self.json {
-            let _ = writeln!(stderr(), "{}", line.as_ref());
-        } else {
-            self.print(line.as_ref());
-        }
+        self.aside(|| {
+            if self.json {
+                let _ = writeln!(stderr(), "{}", line.as_ref());
+            } else {
+                self.print(line.as_ref());
+            }
+        });
     }
 
     /// Whether warnings are said: what only they need is not computed otherwise. All of several processes compute it.
@@ -51,8 +54,9 @@ impl Console {
     /// A warning, on stderr.
     pub fn warn(&self, line: impl AsRef<str>) {
         if self.warns() && team::speaks() {
-            self.clear();
-            let _ = writeln!(stderr(), "{}", warning(line.as_ref(), columns()));
+            self.aside(|| {
+                let _ = writeln!(stderr(), "{}", warning(line.as_ref(), columns()));
+            });
         }
     }
 
@@ -61,7 +65,7 @@ impl Console {
     /// # Errors
     /// Where stdout did not take this or an earlier line. A reader who has had enough (`| head`) is no error.
     pub fn report(&self, report: &impl serde::Serialize) -> Result<(), CliError> {
-        self.clear();
+        self.with(Progress::end);
         if self.json && team::speaks() {
             let text = serde_json::to_string_pretty(report).expect("reports have string keys");
             self.print(&text);
@@ -92,32 +96,37 @@ impl Console {
         }
     }
 
-    fn clear(&self) {
-        if let Ok(bar) = self.bar.lock() {
-            bar.finish_and_clear();
+    /// Work to a tolerance begins, one of several modes.
+    pub fn aim(&self, aim: Aim) {
+        self.with(|progress| progress.aim(aim));
+    }
+
+    /// Prints a line that stays.
+    fn aside(&self, print: impl FnOnce()) {
+        match self.progress.as_ref().map(Mutex::lock) {
+            Some(Ok(mut progress)) => progress.aside(print),
+            _ => print(),
+        }
+    }
+
+    /// Changes what is shown of how far the work is.
+    fn with(&self, change: impl FnOnce(&mut Progress)) {
+        if let Some(Ok(mut progress)) = self.progress.as_ref().map(Mutex::lock) {
+            change(&mut progress);
         }
     }
 }
 
 impl Watch for Console {
     fn begin(&self, step: &str, length: u64) {
-        if self.quiet || !team::speaks() || !std::io::stderr().is_terminal() {
-            return;
-        }
-        let style = ProgressStyle::with_template("{msg:18} {bar:40} {pos}/{len} {eta}")
-            .unwrap_or_else(|_| ProgressStyle::default_bar());
-        let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr())
-            .with_style(style)
-            .with_message(step.to_string());
-        if let Ok(mut current) = self.bar.lock() {
-            current.finish_and_clear();
-            *current = bar;
-        }
+        self.with(|progress| progress.begin(step, length));
     }
 
     fn tick(&self, done: u64) {
-        if let Ok(bar) = self.bar.lock() {
-            bar.inc(self.together * done);
-        }
+        self.with(|progress| progress.tick(self.together * done));
+    }
+
+    fn near(&self, nearness: Nearness) {
+        self.with(|progress| progress.near(nearness));
     }
 }

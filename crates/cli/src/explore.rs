@@ -16,9 +16,10 @@ use halflight_explore::{Counts, Page, TermsEffort, Words, page};
 
 /// `halflight explore`
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Page")]
 pub struct Explore {
     /// A built-in scene (see `halflight scenes`), an .obj, .glb or .gltf file, or a .toml scene file
-    #[arg(default_value = "cornell-box")]
+    #[arg(default_value = "cornell-box", help_heading = None::<&str>)]
     pub scene: String,
     /// The file to write [default: DIR/SCENE.html]
     #[arg(short, long, value_name = "PAGE.html")]
@@ -27,7 +28,7 @@ pub struct Explore {
     #[command(flatten)]
     pub completion: Completion,
     /// Look through the file's camera of this name (glTF) [default: the scene file's, or the first]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", help_heading = "Scene")]
     pub camera: Option<String>,
     /// What the page is called [default: the scene's name]
     #[arg(long, value_name = "TEXT")]

@@ -12,7 +12,7 @@ use crate::console::Console;
 use crate::error::CliError;
 use crate::options::arguments::{Common, Completion, tolerance, unit_interval};
 use crate::options::keep::{Keep, Kept};
-use halflight::form_factors::{Closure, closure};
+use halflight::form_factors::{RowSums, row_sums};
 use halflight::light::Transport;
 use halflight::operator::Whole;
 use halflight::pictures::{Exposure, Table, make_directory};
@@ -26,9 +26,11 @@ const SHOWN: usize = 400;
 
 /// `halflight factors`
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Accuracy")]
 pub struct Factors {
     /// A built-in scene (see `halflight scenes`), an .obj, .glb or .gltf file, or a .toml scene file; it needs no light
     /// and no camera
+    #[arg(help_heading = None::<&str>)]
     pub scene: String,
     /// Error allowed, as a share of each form factor; a thousandth of it is allowed to any
     #[arg(long, value_name = "T", default_value_t = 1e-4, value_parser = tolerance)]
@@ -196,7 +198,7 @@ struct PatchReport<'a> {
     rays: u64,
     entries: usize,
     /// Row sums.
-    closure: Option<Closure>,
+    row_sums: Option<RowSums>,
     /// Frobenius norm of `A F - (A F)^T` over that of `A F`.
     reciprocity: f64,
     files: Vec<PathBuf>,
@@ -232,11 +234,11 @@ fn of_patches(
         patches: p.patches.len(),
         rays: found.rays,
         entries: found.factors.rows.entries(),
-        closure: closure(&found.factors, p.patches.areas()),
+        row_sums: row_sums(&found.factors, p.patches.areas()),
         reciprocity: found.residual,
         files,
     };
-    let sums = report.closure.map_or("no rows".into(), |c| format!("row sums {:.6} to {:.6}", c.min, c.max));
+    let sums = report.row_sums.map_or("no rows".into(), |c| format!("row sums {:.6} to {:.6}", c.min, c.max));
     console.say(format!(
         "{}: {} patches, {} form factors between them from {} rays; {sums}, reciprocity residual {:.4}: {}",
         scene.name,

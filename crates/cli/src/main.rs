@@ -25,6 +25,7 @@ pub(crate) mod factors;
 pub(crate) mod map;
 pub(crate) mod options;
 pub(crate) mod pictures;
+pub(crate) mod progress;
 pub(crate) mod relight;
 pub(crate) mod render;
 pub(crate) mod studies;
@@ -58,6 +59,9 @@ use crate::trace::Trace;
 use halflight::pictures::abandon_files;
 use halflight::scene::{Scene, builtin, is_scene_file};
 
+/// Where more is said, which help ends with.
+const MANUAL: &str = "Manual: docs/commands.md, and `halflight man | man -l -`";
+
 /// What long help ends with.
 const EXAMPLES: &str = "\
 Examples:
@@ -65,6 +69,8 @@ Examples:
   halflight render room.obj --mode global -o room.exr  one picture, as numbers
   halflight render furnished-room --alpha 0.5 --tau 1  between the modes
   halflight bounces furnished-room --mode shadowless   a series that diverges
+
+Manual: docs/commands.md, and `halflight man | man -l -`
 
 Exit codes:
   0  done (for `bounces`, also where a series diverges)
@@ -84,7 +90,7 @@ Exit codes:
 /// Global illumination, shadowless, one-bounce and local shading from one equation and two numbers:
 /// alpha (interreflection) and tau (transmission).
 #[derive(Parser, Debug)]
-#[command(version, arg_required_else_help = true, after_long_help = EXAMPLES)]
+#[command(version, arg_required_else_help = true, after_help = MANUAL, after_long_help = EXAMPLES)]
 struct Cli {
     #[command(subcommand)]
     command: Command,

@@ -19,9 +19,10 @@ use halflight_study::map::{FrontierPoint, GridPoint, Map, MapChart, TauPoint, ch
 
 /// `halflight map`
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Accuracy")]
 pub struct MapArguments {
     /// A built-in scene (see `halflight scenes`), an .obj, .glb or .gltf file, or a .toml scene file; it need not emit
-    #[arg(default_value = "cornell-box")]
+    #[arg(default_value = "cornell-box", help_heading = None::<&str>)]
     pub scene: String,
     /// Points of the grid each way
     #[arg(long, value_name = "N", default_value_t = 21, value_parser = clap::value_parser!(u16).range(2..=1001))]

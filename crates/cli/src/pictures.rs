@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::console::Console;
 use crate::error::CliError;
-use halflight::form_factors::Closure;
+use halflight::form_factors::RowSums;
 use halflight::light::Transport;
 use halflight::operator::Bounds;
 use halflight::pictures::{Exposure, Picture, Size, check_destination, is_exr, make_directory};
@@ -111,7 +111,7 @@ impl<R, E: Display> Outcome<R, E> {
     }
 }
 
-/// The contact sheet and the report of several modes, or the report or error of one.
+/// The report of all modes, with the contact sheet of several; where one alone has no picture its error.
 pub fn finish<R: Serialize, E: Display + Into<CliError>>(
     mut outcomes: Vec<Outcome<R, E>>,
     places: &Places,
@@ -120,9 +120,9 @@ pub fn finish<R: Serialize, E: Display + Into<CliError>>(
     console: &Console,
 ) -> Result<(), CliError> {
     if outcomes.len() == 1 {
-        let outcome = outcomes.remove(0);
-        outcome.picture.map_err(Into::into)?;
-        return console.report(&outcome.report);
+        let Outcome { picture, report, .. } = outcomes.remove(0);
+        picture.map_err(Into::into)?;
+        return console.report(&Modes { modes: vec![report], files: Vec::new() });
     }
     let path = places.sheet();
     let cells = outcomes.iter().map(|outcome| outcome.cell(exposure)).collect();
@@ -168,17 +168,16 @@ impl Files {
     }
 }
 
-/// Several modes of one run.
+/// `--json` of all commands that solve for modes: as many as were requested and have a result.
 #[derive(Serialize)]
 pub struct Modes<T> {
     /// One report a mode.
     pub modes: Vec<T>,
     /// Files written for all modes together.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub files: Vec<PathBuf>,
 }
 
-/// `halflight render --json`, one for each mode.
+/// `halflight render --json`, of each mode.
 #[derive(Default, Serialize)]
 pub struct RenderReport {
     /// The scene's name.
@@ -206,8 +205,8 @@ pub struct RenderReport {
     pub why: Option<String>,
     /// Proved bounds; null where none were sought.
     pub spectral_radius: Option<Bounds>,
-    /// Row sums of F; null where no ray was needed.
-    pub closure: Option<Closure>,
+    /// The least, largest and mean row sum of F; null where no ray was needed.
+    pub row_sums: Option<RowSums>,
     /// `converges`, `ends` or `diverges`; of a traced picture see [`TraceReport`](crate::trace::TraceReport).
     pub verdict: &'static str,
     /// Light at points, where it is requested.

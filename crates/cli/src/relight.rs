@@ -22,6 +22,7 @@ use halflight_lighting::{Factors, LampLight, Relit, SolvedPoint, Uniformity, aim
 
 /// `halflight relight`
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Light of lamps")]
 pub struct Relight {
     /// The report of `render --per luminaire --json`, or an EXR file with layers of lamps
     pub file: PathBuf,
@@ -54,17 +55,21 @@ fn lamp(text: &str) -> Result<(String, [f64; 3]), String> {
     Ok((name.to_owned(), factors))
 }
 
-/// What was kept of a run: the parts of its report that hold the light of lamps.
+/// What was kept of a run.
 #[derive(Deserialize)]
 struct Earlier {
+    modes: Vec<EarlierMode>,
+}
+
+/// The parts of a mode's report that hold the light of lamps.
+#[derive(Deserialize)]
+struct EarlierMode {
     #[serde(default)]
     luminaires: Vec<EmitterPower>,
     #[serde(default)]
     points: Vec<SolvedPoint>,
     #[serde(default)]
     files: Vec<PathBuf>,
-    /// Of a report of several modes.
-    modes: Option<Vec<serde::de::IgnoredAny>>,
 }
 
 /// `halflight relight --json`
@@ -154,12 +159,12 @@ fn open(path: &Path) -> Result<LampLight, CliError> {
     }
     let text = fs::read_to_string(path).map_err(|error| unreadable(path, &error))?;
     let read: Result<Earlier, _> = serde_json::from_str(&text);
-    let Earlier { luminaires, points, files, modes } = read.map_err(|error| {
+    let Earlier { modes } = read.map_err(|error| {
         refused(path, &format!("is no report of `render --json`: {error}"), "name the report or an EXR file")
     })?;
-    if modes.is_some() {
-        return Err(refused(path, "is a report of several modes", "render one of them: --mode MODE"));
-    }
+    let [EarlierMode { luminaires, points, files }] = <[EarlierMode; 1]>::try_from(modes).map_err(|modes| {
+        refused(path, &format!("is a report of {} modes", modes.len()), "render one of them: --mode MODE")
+    })?;
     let layers = files.iter().find(|file| is_exr(file)).map(|own| {
         let beside = path.parent().map(|folder| folder.join(own));
         read_layers(beside.filter(|path| path.is_file()).unwrap_or_else(|| own.clone()))

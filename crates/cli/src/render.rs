@@ -12,6 +12,7 @@ use crate::options::keep::{Keep, Kept};
 use crate::options::layers::Layers;
 use crate::options::points::{Points, Sensors};
 use crate::pictures::{Outcome, Places, RenderReport, finish};
+use crate::progress::Aim;
 use crate::warnings::{Pictured, warn_of_backs, warn_of_error, words_of};
 use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
@@ -24,6 +25,7 @@ use halflight::solve::Diverges;
 
 /// `halflight render`
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Picture")]
 pub struct Render {
     /// What to solve.
     #[command(flatten)]
@@ -150,7 +152,8 @@ impl Rendering<'_> {
                 let pilots = pilots.collect::<Result<Vec<_>, _>>()?;
                 // What came before counts in the time of the first picture.
                 let mut before = start.elapsed().as_secs_f64();
-                for (&transport, pilot) in transports.iter().zip(pilots) {
+                for (number, (&transport, pilot)) in transports.iter().zip(pilots).enumerate() {
+                    console.aim(Aim { label: transport.label(), tolerance, number, of: transports.len() });
                     let mut request = solver.render(transport, size).watch(console).pilot(pilot);
                     if let Some(seconds) = time {
                         request = request.time((seconds - before).max(0.0));
@@ -232,7 +235,7 @@ impl Run<'_> {
         report.rays = found.rays;
         report.seconds = Seconds { load: self.load, ..found.seconds };
         report.seconds.sum();
-        report.closure = found.closure;
+        report.row_sums = found.row_sums;
         if let Precision::Within(tolerance) = self.precision {
             report.error = Some(found.error);
             report.why = found.unmet(tolerance).map(|unmet| words_of(&unmet));

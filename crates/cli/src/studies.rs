@@ -8,7 +8,6 @@ use std::time::Instant;
 
 use clap::Args;
 use serde::Serialize;
-use serde_json::json;
 
 use crate::console::Console;
 use crate::error::{CliError, Patches};
@@ -21,13 +20,14 @@ use halflight::rays::Rays;
 use halflight::scene::Scene;
 use halflight_plot::term_name;
 use halflight_study::compare::{
-    Climb, Ladder, LadderPoint, Measurements, Method, ORDERS, Pair, Source, Study, StudyPlan, Truth, charted_chart,
-    charted_table, compared_chart, compared_sheet, compared_table, markdown, measure, pairs_table, requested_chart,
-    seconds_bars, slope,
+    Climb, Ladder, LadderPoint, Measurements, Method, ORDERS, Pair, Reached, Source, Study, StudyPlan, Truth,
+    charted_chart, charted_table, compared_chart, compared_sheet, compared_table, markdown, measure, pairs_table,
+    requested_chart, seconds_bars, slope,
 };
 
 /// `halflight compare`
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Picture")]
 pub struct Compare {
     /// What is solved.
     #[command(flatten)]
@@ -36,7 +36,7 @@ pub struct Compare {
     #[arg(long, value_name = "WxH", default_value = "128x128", value_parser = size)]
     pub size: Size,
     /// Seconds each method may take, for each mode
-    #[arg(long, value_name = "SECONDS", default_value_t = 8.0, value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 8.0, help_heading = "Accuracy", value_parser = seconds)]
     pub time: f64,
     /// Within which memory.
     #[command(flatten)]
@@ -45,6 +45,7 @@ pub struct Compare {
 
 /// `halflight chart`
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Picture")]
 pub struct Chart {
     /// What is rendered.
     #[command(flatten)]
@@ -53,7 +54,7 @@ pub struct Chart {
     #[arg(long, value_name = "WxH", default_value = "128x128", value_parser = size)]
     pub size: Size,
     /// Seconds that each of a mode's two references may take; a quarter of it bounds each step of the ladders
-    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, help_heading = "Accuracy", value_parser = seconds)]
     pub time: f64,
     /// Run these ladders only, separated by commas
     #[arg(
@@ -149,11 +150,8 @@ pub fn compare(own: &Compare, common: &Common, console: &Console) -> Result<(), 
     let (rays, memory) = (Rays::new(&scene), own.limit.bytes());
     let (size, seconds) = (own.size, own.time);
     let run = Run { common, console, scene: &scene, rays: &rays, size, seconds, memory, load: 0.0 };
-    let mut modes = run.each_mode(&transports, "compare", |transport| run.compare(own, transport))?;
-    if transports.len() > 1 {
-        return console.report(&json!({ "modes": modes }));
-    }
-    console.report(&modes.remove(0))
+    let modes = run.each_mode(&transports, "compare", |transport| run.compare(own, transport))?;
+    console.report(&Modes { modes, files: Vec::new() })
 }
 
 /// Charts every requested mode; of several, those that diverge are named and left out.
@@ -317,6 +315,10 @@ impl Run<'_> {
         }
         console.say("  method          seconds     asked  estimated   reached  effort");
         let percent = |v: Option<f64>| v.map_or("-".into(), |v| format!("{:.3} %", 100.0 * v));
+        let reached = |r: &Reached| match r.error {
+            0.0 => format!("< {:.2} %", 100.0 * r.high),
+            error => percent(Some(error)),
+        };
         for p in m.points() {
             console.say(format!(
                 "  {:<14} {:>8.3} {:>9} {:>10} {:>9}  {}",
@@ -324,7 +326,7 @@ impl Run<'_> {
                 p.seconds.total,
                 percent(p.requested),
                 percent(p.estimated),
-                percent(Some(p.reached.error)),
+                reached(&p.reached),
                 p.effort,
             ));
         }

@@ -24,6 +24,7 @@ use halflight_study::map::Growth;
 
 /// `halflight trace`
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Picture")]
 pub struct Trace {
     /// What to render.
     #[command(flatten)]
@@ -35,16 +36,18 @@ pub struct Trace {
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Paths for each pixel [default: 256, or as many as --time allows]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
+    #[arg(long, value_name = "N", help_heading = "Accuracy",
+        value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
     pub samples: Option<u32>,
     /// Look for emitters at every vertex, or wait until paths meet them, as in the paper
-    #[arg(long, value_enum, default_value_t = NextEventChoice::On)]
+    #[arg(long, value_enum, default_value_t = NextEventChoice::On, help_heading = "Accuracy")]
     pub next_event: NextEventChoice,
     /// End every path after so many reflections; the light of later ones is missing
-    #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 128, help_heading = "Accuracy",
+        value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
     pub max_bounces: u32,
     /// Begin no pass of samples that would not end within so many seconds, for each mode
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, help_heading = "Accuracy")]
     pub time: Option<f64>,
     /// Within which memory.
     #[command(flatten)]

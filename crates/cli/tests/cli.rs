@@ -4,9 +4,10 @@ use std::fs;
 
 use glam::DVec3;
 use halflight::pictures::{read_picture, relative_rms};
+use halflight::scene::builtin;
 use serde_json::{Value, json};
 
-use crate::run::{SHEET, SMALL, contents, fields, files, halflight, place, report, succeed};
+use crate::run::{SHEET, SMALL, contents, fields, files, halflight, place, report, report_of_mode, succeed};
 
 #[test]
 fn render_draws_the_cornell_box_in_all_modes() {
@@ -32,7 +33,7 @@ fn render_draws_the_cornell_box_in_all_modes() {
 #[test]
 fn the_picture_is_as_near_the_reference_as_asked_and_stated() {
     let place = place(&[]);
-    let found = report(&place, "render --mode global --size 64x64 --tolerance 0.02 -o box.exr");
+    let found = report_of_mode(&place, "render --mode global --size 64x64 --tolerance 0.02 -o box.exr");
     let data = |name: &str| {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/cornell");
         read_picture(folder.join(name)).unwrap()
@@ -94,7 +95,7 @@ fn alpha_and_tau_stand_in_for_a_mode() {
     for (arguments, alpha, tau) in
         [("--alpha 0.1", 0.1, 0.0), ("--tau 0.3", 1.0, 0.3), ("--tau 0.3 --alpha 0.1", 0.1, 0.3)]
     {
-        let report = report(&place, &format!("render {SMALL} {arguments}"));
+        let report = report_of_mode(&place, &format!("render {SMALL} {arguments}"));
         assert_eq!(report["mode"], Value::Null);
         assert_eq!((&report["alpha"], &report["tau"]), (&alpha.into(), &tau.into()));
         // f64 prints 1.0 as "1", as the file's name does.
@@ -102,13 +103,12 @@ fn alpha_and_tau_stand_in_for_a_mode() {
         assert_eq!(report["files"], json!([file]));
         assert!(place.path().join(file).exists());
     }
-    let corner = report(&place, &format!("render {SMALL} --alpha 0 --tau 1"));
+    let corner = report_of_mode(&place, &format!("render {SMALL} --alpha 0 --tau 1"));
     assert_eq!(corner["mode"], "local");
 }
 
-const RENDER_FIELDS: [&str; 18] = [
+const RENDER_FIELDS: &[&str] = &[
     "alpha",
-    "closure",
     "error",
     "exposure",
     "files",
@@ -117,6 +117,7 @@ const RENDER_FIELDS: [&str; 18] = [
     "mode",
     "patches",
     "rays",
+    "row_sums",
     "scene",
     "seconds",
     "spectral_radius",
@@ -133,7 +134,9 @@ fn a_render_report_is_one_document_with_these_fields() {
     let ran = succeed(&place, &format!("render {SMALL} --mode global --json"));
     assert!(ran.err.contains("global") && ran.err.contains("converges"));
     let report: Value = serde_json::from_str(&ran.out).unwrap();
-    assert_eq!(fields(&report), RENDER_FIELDS);
+    assert_eq!(fields(&report), ["files", "modes"]);
+    let report = &report["modes"][0];
+    assert_eq!(fields(report), RENDER_FIELDS);
     assert_eq!((&report["scene"], &report["mode"]), (&"cornell-box".into(), &"global".into()));
     assert_eq!((&report["width"], &report["height"]), (&48.into(), &48.into()));
     assert_eq!(report["files"], json!(["out/cornell-box-global.png"]));
@@ -145,10 +148,10 @@ fn a_render_report_is_one_document_with_these_fields() {
     assert_eq!(fields(&report["spectral_radius"]), ["lower", "upper"]);
     let (lower, upper) = (number("/spectral_radius/lower"), number("/spectral_radius/upper"));
     assert!(0.0 < lower && lower <= upper && upper < 1.0);
-    assert_eq!(fields(&report["closure"]), ["max", "mean", "min"]);
-    assert!(number("/closure/min") <= number("/closure/mean"));
+    assert_eq!(fields(&report["row_sums"]), ["max", "mean", "min"]);
+    assert!(number("/row_sums/min") <= number("/row_sums/mean"));
     // One crossing a ray at most, each of weight 1 / rays.
-    assert!(number("/closure/mean") <= number("/closure/max") && number("/closure/max") <= 1.0 + 1e-6);
+    assert!(number("/row_sums/mean") <= number("/row_sums/max") && number("/row_sums/max") <= 1.0 + 1e-6);
     // Every patch that reflects casts 64 rays.
     assert!(number("/rays") >= 64.0 && number("/patches") >= 100.0);
 }
@@ -310,12 +313,14 @@ fn quad_area(obj: &str) -> f64 {
 #[test]
 fn scenes_lists_what_is_built_in() {
     let place = place(&[]);
-    let names = ["cornell-box", "furnace", "concentric-spheres", "furnished-room", "two-rooms", "gallery"];
+    let names: Vec<&str> = builtin::names().collect();
     let ran = succeed(&place, "scenes");
     let listed: Vec<&str> = ran.out.lines().filter_map(|l| l.split_whitespace().next()).collect();
     assert_eq!(listed, names);
     let report = report(&place, "scenes");
-    for (scene, name) in report.as_array().unwrap().iter().zip(names) {
+    let scenes = report.as_array().unwrap();
+    assert_eq!(scenes.len(), names.len());
+    for (scene, name) in scenes.iter().zip(names) {
         assert_eq!(fields(scene), ["description", "name", "triangles"]);
         assert_eq!(scene["name"], name);
         assert!(scene["triangles"].as_u64().unwrap() >= 12);
@@ -405,7 +410,7 @@ fn help_names_the_commands_the_exit_codes_and_examples() {
 #[test]
 fn a_picture_that_ran_out_of_time_says_so() {
     let place = place(&[]);
-    let found = report(&place, "render cornell-box --mode global --size 32x32 --tolerance 0.002 --time 0.05");
+    let found = report_of_mode(&place, "render cornell-box --mode global --size 32x32 --tolerance 0.002 --time 0.05");
     assert_eq!(found["met"], false);
     let why = found["why"].as_str().unwrap();
     assert!(why.ends_with("when the time was over; a longer --time helps"), "{why}");

@@ -4,7 +4,7 @@ use glam::Vec3;
 use halflight::pictures::{Exposure, Picture, write_picture};
 use serde_json::Value;
 
-use crate::run::{contents, halflight, place, report};
+use crate::run::{contents, halflight, place, report, report_of_mode};
 
 const QUICK: &str = "--time 0.25 --size 16x16 --out .";
 
@@ -49,7 +49,7 @@ fn is_consistent(pair: &Value) {
 #[test]
 fn five_methods_agree_on_a_furnace_to_rounding() {
     let place = place(&[]);
-    let report = report(&place, &format!("compare furnace --mode global {QUICK}"));
+    let report = report_of_mode(&place, &format!("compare furnace --mode global {QUICK}"));
     assert_eq!(names(&report).len(), 5);
     let pairs = report["pairs"].as_array().unwrap();
     assert_eq!(pairs.len(), 10);
@@ -66,7 +66,7 @@ fn five_methods_agree_on_a_furnace_to_rounding() {
 #[test]
 fn the_report_has_its_fields_and_the_files_exist() {
     let place = place(&[]);
-    let report = report(&place, &format!("compare --mode one-bounce {QUICK}"));
+    let report = report_of_mode(&place, &format!("compare --mode one-bounce {QUICK}"));
     assert_eq!(report["scene"], "cornell-box");
     assert_eq!((&report["alpha"], &report["tau"]), (&0.0.into(), &0.0.into()));
     assert!(report["reference"].is_string());

@@ -2,7 +2,7 @@
 
 use halflight::pictures::read_picture;
 
-use crate::run::{SMALL, files, halflight, place, report, succeed};
+use crate::run::{SMALL, files, halflight, place, report, report_of_mode, succeed};
 
 /// A scaled cube with its fronts outside, a table in it, and a lamp 5 cm below the ceiling, as Blender writes them.
 const ROOM: &str = include_str!("../../../tests/data/welcome/room.obj");
@@ -34,7 +34,7 @@ fn a_room_of_a_scaled_cube_is_not_black() {
 #[test]
 fn a_file_gives_one_picture_unless_more_are_wanted() {
     let place = place(&[("room.obj", ROOM), ("room.mtl", MTL)]);
-    let one = report(&place, "render room.obj --size 16 --tolerance 20%");
+    let one = report_of_mode(&place, "render room.obj --size 16 --tolerance 20%");
     assert_eq!(one["mode"], "global");
     let all = report(&place, "render room.obj --size 16 --tolerance 20% --mode all");
     assert_eq!(all["modes"].as_array().map(Vec::len), Some(4));
@@ -46,7 +46,7 @@ fn pictures_are_as_bright_as_they_can_be_seen() {
     let shown = |strength: &str, options: &str| {
         let lamp = format!("Ke {strength} {strength} {strength}");
         let place = place(&[("room.obj", ROOM), ("room.mtl", &MTL.replace("Ke 12.000000 11.000000 10.000000", &lamp))]);
-        let told = report(&place, &format!("render room.obj --size 24 --tolerance 10% -o room.png {options}"));
+        let told = report_of_mode(&place, &format!("render room.obj --size 24 --tolerance 10% -o room.png {options}"));
         let picture = read_picture(place.path().join("room.png")).unwrap();
         let mean = picture.pixels.iter().map(|p| f64::from(p.y)).sum::<f64>() / picture.pixels.len() as f64;
         (mean, told["exposure"].as_f64().unwrap())
@@ -59,7 +59,7 @@ fn pictures_are_as_bright_as_they_can_be_seen() {
     }
     assert!(found[0].1 > found[1].1 && found[1].1 > found[2].1, "{found:?}");
     assert_eq!(shown("12", "--exposure 0").1, 0.0);
-    assert_eq!(report(&place(&[]), &format!("render {SMALL} --mode local"))["exposure"], 0.0);
+    assert_eq!(report_of_mode(&place(&[]), &format!("render {SMALL} --mode local"))["exposure"], 0.0);
 }
 
 #[test]
@@ -83,6 +83,17 @@ fn what_people_type_is_answered() {
     let listed = succeed(&place, "scenes").out;
     assert!(listed.contains("gallery ") && listed.contains("two-rooms "), "{listed}");
     succeed(&place, &format!("render gallery {SMALL} --mode local"));
+}
+
+/// What is guessed stands before what is left out, and that before what is only simpler, wherever each is in the file.
+#[test]
+fn the_worst_is_told_first() {
+    let obj = "mtllib lost.mtl\np 1\nvn 0 0 1\nv 0 0 0\nv 1 0 0\nv 0 1 0\ns 1\nusemtl white\nf 1//1 2//1 3//1\n";
+    let place = place(&[("smooth.obj", obj)]);
+    let ran = succeed(&place, &format!("render smooth.obj --light sky --mode local {SMALL}"));
+    let at = |words: &str| ran.err.find(words).unwrap_or_else(|| panic!("{words}: {}", ran.err));
+    let [lost, point, smooth] = ["missing MTL file", "points, lines", "smooth face"].map(at);
+    assert!(lost < point && point < smooth, "{}", ran.err);
 }
 
 #[test]

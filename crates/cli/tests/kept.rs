@@ -14,7 +14,7 @@ use halflight_export::kept::{KeptFolder, KeptRows};
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::run::{SMALL, contents, fields, files, halflight, place, program, report, succeed};
+use crate::run::{SMALL, contents, fields, files, halflight, place, program, report, report_of_mode, succeed};
 
 /// A box without a front, a lamp below its ceiling and a screen in it.
 const ROOM: &str = "mtllib room.mtl
@@ -54,7 +54,7 @@ fn bytes(place: &TempDir, name: &str) -> Vec<u8> {
 #[track_caller]
 fn same_with(place: &TempDir, folder: &str, arguments: &str) -> Value {
     succeed(place, &format!("{arguments} -o without.exr"));
-    let with = report(place, &format!("{arguments} --load {folder} -o with.exr"));
+    let with = report_of_mode(place, &format!("{arguments} --load {folder} -o with.exr"));
     assert!(bytes(place, "with.exr") == bytes(place, "without.exr"), "{arguments}");
     with
 }
@@ -62,8 +62,8 @@ fn same_with(place: &TempDir, folder: &str, arguments: &str) -> Value {
 #[test]
 fn a_folder_holds_what_was_solved() {
     let place = room();
-    let plain = report(&place, &format!("render room.toml --mode global {SMALL} -o plain.exr"));
-    let saved = report(&place, &format!("render room.toml --mode global {SMALL} -o saved.exr --save kept"));
+    let plain = report_of_mode(&place, &format!("render room.toml --mode global {SMALL} -o plain.exr"));
+    let saved = report_of_mode(&place, &format!("render room.toml --mode global {SMALL} -o saved.exr --save kept"));
     assert!(bytes(&place, "plain.exr") == bytes(&place, "saved.exr"));
     // The lamp's row as well, which reflects nothing now.
     assert!(saved["rays"].as_u64() > plain["rays"].as_u64());
@@ -90,7 +90,7 @@ fn other_modes_cameras_and_materials_take_no_ray_for_f() {
     let rays = |report: &Value| report["rays"].as_u64().unwrap();
     for mode in ["--mode global", "--mode one-bounce", "--alpha 0.4 --tau 0"] {
         let with = same_with(&place, "kept", &format!("render room.toml {mode} {SMALL}"));
-        let without = report(&place, &format!("render room.toml {mode} {SMALL}"));
+        let without = report_of_mode(&place, &format!("render room.toml {mode} {SMALL}"));
         let of_f = if mode.contains("one-bounce") { 0 } else { 1000 };
         assert!(rays(&with) + of_f <= rays(&without), "{mode}: {with}");
     }
@@ -103,7 +103,7 @@ fn other_modes_cameras_and_materials_take_no_ray_for_f() {
     fs::write(place.path().join("room.mtl"), changed).unwrap();
     let same = same_with(&place, "kept", &format!("render room.toml --mode global {SMALL}"));
     // Without effort it is that of the folder.
-    let given = report(&place, "render room.toml --mode global --size 48x48 --samples 16 --load kept");
+    let given = report_of_mode(&place, "render room.toml --mode global --size 48x48 --samples 16 --load kept");
     assert!(given["error"].is_null() && given["patches"] == same["patches"], "{given}");
 }
 
@@ -112,8 +112,8 @@ fn other_modes_cameras_and_materials_take_no_ray_for_f() {
 fn light_to_a_tolerance_is_kept_and_not_gone_on_from() {
     let place = place(&[]);
     let render = "render furnished-room --mode global --size 32x32";
-    let plain = report(&place, &format!("{render} --tolerance 0.2 -o plain.exr"));
-    let saved = report(&place, &format!("{render} --tolerance 0.2 --save kept -o saved.exr"));
+    let plain = report_of_mode(&place, &format!("{render} --tolerance 0.2 -o plain.exr"));
+    let saved = report_of_mode(&place, &format!("{render} --tolerance 0.2 --save kept -o saved.exr"));
     assert!(bytes(&place, "plain.exr") == bytes(&place, "saved.exr") && plain["error"] == saved["error"]);
     let kept: Vec<String> = files(&place).into_iter().filter(|name| name.starts_with("kept/")).collect();
     let names = ["F.1.npz", "F.npz", "L.npy", "meta.json", "patches.vtu", "scene.bin", "terms.npy"];
@@ -273,7 +273,7 @@ fn an_interrupted_cast_goes_on() {
 fn factors_between_patches_are_kept() {
     let place = room();
     let cast = report(&place, "factors room.toml --patches 100 --rays 64 --save kept");
-    assert_eq!(fields(&cast), ["closure", "entries", "files", "patches", "rays", "reciprocity", "scene"]);
+    assert_eq!(fields(&cast), ["entries", "files", "patches", "rays", "reciprocity", "row_sums", "scene"]);
     let first = bytes(&place, "out/room-patch-factors.npz");
     let read = report(&place, "factors room.toml --load kept");
     assert_eq!((read["rays"].as_u64(), &read["entries"]), (Some(0), &cast["entries"]));

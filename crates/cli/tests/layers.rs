@@ -209,7 +209,7 @@ fn what_was_solved_is_dimmed_without_a_ray() {
     let place = place(&named);
     let options = "--mode global --size 24x24 --tolerance 0.05 --per luminaire --points grid:table@0.01,0.2 --lux";
     let kept = report(&place, &format!("render r.toml {options} -o r.exr"));
-    assert!(kept["layers"].as_array().expect("layers").iter().any(|name| name == "lamp.desk"));
+    assert!(kept["modes"][0]["layers"].as_array().expect("layers").iter().any(|name| name == "lamp.desk"));
     fs::write(place.path().join("kept.json"), kept.to_string()).expect("a file");
     let relit = report(&place, "relight kept.json --lamp desk=0.25 --lamp sky=0,0,0 --lamp bulb=2 -o relit.exr");
     let layers = read_layers(place.path().join("r.exr")).expect("layers");
@@ -227,7 +227,7 @@ fn what_was_solved_is_dimmed_without_a_ray() {
     }
     assert_eq!(relit["factors"]["sky"], serde_json::json!([0.0, 0.0, 0.0]));
     // What a lamp at half its strength gives is what is wanted: the factor is found.
-    let aims: String = kept["points"]
+    let aims: String = kept["modes"][0]["points"]
         .as_array()
         .expect("points")
         .iter()
@@ -303,8 +303,9 @@ fn what_cannot_be_dimmed_is_refused() {
     let place = place(&named);
     let kept = report(&place, "render r.toml --mode local --size 8x8 --tolerance 0.2 --layers luminaires -o r.exr");
     fs::write(place.path().join("kept.json"), kept.to_string()).expect("a file");
-    fs::write(place.path().join("bad.json"), "{\"luminaires\": 3}").expect("a file");
-    fs::write(place.path().join("none.json"), "{}").expect("a file");
+    fs::write(place.path().join("bad.json"), "{\"modes\": [{\"luminaires\": 3}]}").expect("a file");
+    fs::write(place.path().join("none.json"), "{\"modes\": [{}]}").expect("a file");
+    fs::write(place.path().join("two.json"), "{\"modes\": [{}, {}]}").expect("a file");
     fs::write(place.path().join("aim.csv"), "x,y,z,lux\n0,0,0,100\n").expect("a file");
     succeed(&place, "relight r.exr --lamp desk=2 -o a.png");
     for (arguments, code, what) in [
@@ -314,6 +315,7 @@ fn what_cannot_be_dimmed_is_refused() {
         ("relight kept.json --lux aim.csv", 3, "has no points"),
         ("relight bad.json", 3, "is no report"),
         ("relight none.json", 3, "no light of single lamps"),
+        ("relight two.json", 3, "a report of 2 modes"),
         ("relight gone.json", 3, "cannot be read"),
         ("relight r.obj.exr", 3, "cannot read"),
     ] {

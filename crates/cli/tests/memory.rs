@@ -79,8 +79,8 @@ fn a_tolerance_takes_what_memory_there_is() {
     let place = place(&[]);
     let render = "render furnished-room --mode global --tolerance 0.02 --size 32x32";
     let error = |report: &serde_json::Value| report["error"]["patches"].as_f64().unwrap();
-    let free = crate::run::report(&place, render);
-    let tight = crate::run::report(&place, &format!("{render} --memory 0.004"));
+    let free = crate::run::report_of_mode(&place, render);
+    let tight = crate::run::report_of_mode(&place, &format!("{render} --memory 0.004"));
     assert!(tight["patches"].as_u64() < free["patches"].as_u64());
     assert!(error(&tight) > 0.0);
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use tempfile::TempDir;
 
-use crate::run::{halflight, report};
+use crate::run::{halflight, report_of_mode};
 
 /// Illuminance at the points of `tests/data/point-tables`, lux.
 const LUX: [f64; 3] = [944.0, 1238.0, 886.0];
@@ -32,7 +32,7 @@ fn light_is_measured_where_the_head_says() {
     fs::write(place.path().join("room.pts"), radiance).expect("a file");
     for table in ["plain.csv", "pandas-index.csv", "normal-first.csv", "spreadsheet.csv", "room.pts"] {
         let options = "--mode global --size 8x8 --tolerance 0.01 --lux";
-        let report = report(&place, &format!("render room.obj {options} --points {table}"));
+        let report = report_of_mode(&place, &format!("render room.obj {options} --points {table}"));
         let points = report["points"].as_array().expect("points");
         assert_eq!(points.len(), 3);
         for (point, lux) in points.iter().zip(LUX) {
@@ -48,7 +48,8 @@ fn light_is_measured_where_the_head_says() {
     }
     // What the program writes is a table of the same points.
     fs::copy(place.path().join("out/room-points-global.csv"), place.path().join("again.csv")).expect("a file");
-    let again = report(&place, "render room.obj --mode global --size 8x8 --tolerance 0.01 --lux --points again.csv");
+    let again =
+        report_of_mode(&place, "render room.obj --mode global --size 8x8 --tolerance 0.01 --lux --points again.csv");
     assert!((again["points"][0]["illuminance"].as_f64().expect("a number") / LUX[0] - 1.0).abs() < 0.03);
 }
 

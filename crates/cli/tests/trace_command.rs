@@ -21,16 +21,23 @@ fn json(output: &Output) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
+/// What the report of one mode says of it.
+fn of_mode(output: &Output) -> Value {
+    let report = json(output);
+    assert_eq!(report["modes"].as_array().map(Vec::len), Some(1), "{report}");
+    report["modes"][0].clone()
+}
+
 #[test]
 fn a_mode_reports_what_render_reports_and_its_noise() {
     let directory = tempfile::tempdir().unwrap();
     let run = |samples| format!("--mode global --size 16x12 --samples {samples} --next-event on");
-    let [few, many] = [32, 512].map(|samples| json(&trace(directory.path(), &run(samples))));
+    let [few, many] = [32, 512].map(|samples| of_mode(&trace(directory.path(), &run(samples))));
     for (field, expected) in [("width", 16), ("height", 12), ("samples", 512), ("patches", 0)] {
         assert_eq!(many[field], expected, "{field}");
     }
     assert_eq!(many["verdict"], "sampled");
-    assert!(many["spectral_radius"].is_null() && many["closure"].is_null());
+    assert!(many["spectral_radius"].is_null() && many["row_sums"].is_null());
     assert!(many["rays"].as_u64().unwrap() > 16 * 12 * 512);
     // 16 times the samples: a quarter of the noise, within what 192 pixels tell of it.
     let noise = |report: &Value| report["standard_error"].as_f64().unwrap();
@@ -44,7 +51,7 @@ fn a_mode_reports_what_render_reports_and_its_noise() {
 fn a_limited_time_gives_the_picture_of_its_number_of_samples() {
     let directory = tempfile::tempdir().unwrap();
     let timed = "--mode local --size 8x8 --time 0.05 -o timed.exr";
-    let samples = json(&trace(directory.path(), timed))["samples"].as_u64().unwrap();
+    let samples = of_mode(&trace(directory.path(), timed))["samples"].as_u64().unwrap();
     assert!(samples > 0 && samples.is_multiple_of(16));
     let counted = format!("--mode local --size 8x8 --samples {samples} --threads 1 -o counted.exr");
     json(&trace(directory.path(), &counted));
@@ -67,7 +74,7 @@ fn a_series_cut_short_is_said_to_be() {
     let directory = tempfile::tempdir().unwrap();
     let cut = trace(directory.path(), "--mode global --size 8x8 --samples 16 --max-bounces 2");
     assert!(String::from_utf8_lossy(&cut.stderr).contains("--max-bounces"));
-    let report = json(&cut);
+    let report = of_mode(&cut);
     assert_eq!(report["verdict"], "truncated");
     assert!(report["paths_cut"].as_u64().unwrap() > 0);
     assert_eq!(report["bounces"][3]["mean"][0], 0.0);
@@ -97,7 +104,7 @@ fn an_infinite_variance_is_told_before_it_misleads() {
     let run = |mode: &str| {
         let output = trace(directory.path(), &format!("furnished-room {mode} --size 8x8 --samples 4 --max-bounces 16"));
         let words = String::from_utf8_lossy(&output.stderr).into_owned();
-        (json(&output)["variance"].clone(), words)
+        (of_mode(&output)["variance"].clone(), words)
     };
     // Nothing passes through anything, or nothing travels on: finite without a look.
     for mode in ["--mode global", "--mode local"] {

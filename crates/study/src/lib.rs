@@ -14,5 +14,5 @@ pub(crate) mod statistics;
 pub use bounces::{bounce_fields, bounce_fields_and_rest, bounce_pictures, partial_sums};
 pub use factor_matrix::{FactorMatrix, PatchFactors, patch_factors};
 pub use factors::{Factor, FactorSettings, FactorTable, How, Reciprocity, Row as FactorRow, factors};
-pub use series::{bounce_sheet, bounces_chart, brightening};
+pub use series::{bounce_sheet, bounces_chart, brightened, brightening};
 pub use statistics::log_slope;

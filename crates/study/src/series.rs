@@ -10,8 +10,10 @@ use halflight_plot::{Cell, Chart, Heading, Page, Series, Shown, term_name};
 pub fn bounce_sheet(heading: String, terms: &[Picture], sums: &[Picture], exposure: Exposure) -> Page {
     let term = |(n, picture): (usize, &Picture)| {
         let gain = if n < 2 { 1.0 } else { brightening(&terms[1], picture) };
-        let title = if gain == 1.0 { term_name(n) } else { format!("{} ×{gain}", term_name(n)) };
-        Cell::new(Heading::new(title, ""), Shown::image(picture, Exposure { stops: exposure.stops + gain.log2() }))
+        Cell::new(
+            Heading::new(term_name(n), brightened(gain)),
+            Shown::image(picture, Exposure { stops: exposure.stops + gain.log2() }),
+        )
     };
     let sum = |(n, picture): (usize, &Picture)| {
         let title = match n {
@@ -36,6 +38,15 @@ pub fn brightening(reference: &Picture, own: &Picture) -> f32 {
         (reference / own).log2().round().clamp(-30.0, 30.0).exp2() as f32
     } else {
         1.0
+    }
+}
+
+/// A factor that a picture is shown brighter by, in words; nothing for 1.
+pub fn brightened(gain: f32) -> String {
+    match gain {
+        1.0 => String::new(),
+        gain if gain < 1.0 => format!("shown {} times darker", gain.recip()),
+        gain => format!("shown {gain} times brighter"),
     }
 }
 

@@ -3,7 +3,7 @@
 
 use glam::{DQuat, DVec3, Vec3};
 use halflight::Solver;
-use halflight::form_factors::closure;
+use halflight::form_factors::row_sums;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::{Light, Mode, Rgb};
 use halflight::pictures::Picture;
@@ -42,7 +42,7 @@ fn light_slips_through_no_t_junction() {
     mesh.polygon(&[up(0.6, 1. / 3.), up(0.6, 1.), up(1., 1.), up(1., 1. / 3.)], 0);
     let prepared = Solver::new(&mesh.scene(vec![grey("wall", 0.5)])).cut(100);
     let f = all_of_f(&prepared, 0.0, &sampling(16_384, 0));
-    let sums = closure(&f, prepared.patches.areas()).expect("rays were cast");
+    let sums = row_sums(&f, prepared.patches.areas()).expect("rays were cast");
     // A crack of a rounding, 6e-8 wide and a few units long, takes 1e-7 of the rays.
     assert!(sums.mean >= 1.0 - 1e-6 && sums.max <= 1.0, "{sums:?}");
 }

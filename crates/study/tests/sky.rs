@@ -156,8 +156,8 @@ fn a_corner_sees_the_sky_by_the_rest_of_its_form_factor() {
         assert!((found - rho * (1.0 - ADJACENT)).abs() < 1e-3 * rho, "{material}: {found}");
     }
     let k = assemble_one(&prepared, Mode::Global.transport(), &sampling(256, 0));
-    let closure = k.closure.expect("rays were cast");
-    assert!((closure.min - 1.0).abs() < 1e-5 && (closure.max - 1.0).abs() < 1e-5, "{closure:?}");
+    let row_sums = k.row_sums.expect("rays were cast");
+    assert!((row_sums.min - 1.0).abs() < 1e-5 && (row_sums.max - 1.0).abs() < 1e-5, "{row_sums:?}");
 }
 
 #[test]

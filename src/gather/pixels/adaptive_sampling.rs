@@ -18,13 +18,14 @@
 //! Not handled: what no ray of any pixel meets; N camera rays in all miss every part of detail that covers a share A of
 //! the picture with probability `exp(-N A)`.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use glam::DVec3;
 use halflight_team::{Loop, is_over};
 use rayon::prelude::*;
 
-use crate::form_factors::Progress;
+use crate::gather::nearness::Nearing;
 use crate::gather::pixels::camera_rays::{CameraRays, PixelScratch};
 use crate::gather::pixels::outlines::measure_outlines;
 use crate::gather::pixels::pixel::Pixel;
@@ -44,26 +45,34 @@ const RELIABLE: f64 = 256.0;
 /// Share of the requested variance that pixels chosen since the last resampling may keep before another is due.
 const UNSEEN: f64 = 0.25;
 
+/// Share of the requested variance that camera rays aim at where outlines of emitters, which none of them lessen, have
+/// more than the rest.
+const BESIDE_OUTLINES: f64 = 0.5;
+
 /// How many camera rays.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Plan {
+#[derive(Clone, Copy)]
+pub(crate) struct Plan<'a> {
     /// Camera rays of each half at first.
     pub first: u32,
     /// Requested RMS noise as a share of the RMS picture; all pixels keep the first rays where there is none.
     pub noise: Option<f64>,
     /// When to stop at any noise.
     pub deadline: Option<Instant>,
+    /// Who is told how near the picture is.
+    pub nearing: Nearing<'a>,
 }
 
 /// Samples all pixels.
-pub(crate) fn sample_pixels(camera_rays: &CameraRays, plan: &Plan, tick: Progress) -> Vec<Pixel> {
+pub(crate) fn sample_pixels(camera_rays: &CameraRays, plan: &Plan) -> Vec<Pixel> {
     let (width, height) = (camera_rays.view.width, camera_rays.view.height);
     let mut pixels: Vec<Pixel> = Vec::new();
     pixels.resize_with(width * height, Pixel::default);
+    let rows = AtomicUsize::new(0);
     let first = |scratch: &mut PixelScratch, k: usize, pixel: &mut Pixel| {
         camera_rays.extend(k, pixel, plan.first, scratch);
         if k.is_multiple_of(width) {
-            tick(1);
+            let rows = rows.fetch_add(1, Ordering::Relaxed) + 1;
+            plan.nearing.first((rows * halflight_team::size()) as f64 / height as f64);
         }
     };
     Loop::each(pixels.len()).change(&mut pixels, || camera_rays.scratch(), first);
@@ -89,7 +98,11 @@ pub(crate) fn refine(
     let Some(noise) = plan.noise else { return };
     // Each round doubles the rays of some pixel, of which none gets more than [`MOST_RAYS`].
     loop {
-        let next = if is_over(plan.deadline) { Next::Enough } else { next(pixels, camera_rays.view.width, noise) };
+        let next = if is_over(plan.deadline) {
+            Next::Enough
+        } else {
+            next(pixels, camera_rays.view.width, noise, &plan.nearing)
+        };
         let extended = match next {
             Next::Enough => return,
             Next::Double(chosen) => {
@@ -115,9 +128,12 @@ enum Next {
     Resample(Vec<u32>),
 }
 
-fn next(pixels: &mut [Pixel], width: usize, noise: f64) -> Next {
+fn next(pixels: &mut [Pixel], width: usize, noise: f64, nearing: &Nearing) -> Next {
     let measured = measure(pixels);
-    let wanted = noise * noise * measured.signal;
+    let all = noise * noise * measured.signal;
+    let outlines = outlines(pixels);
+    let wanted = (all - outlines).max(BESIDE_OUTLINES * all);
+    nearing.camera((measured.variance + outlines) / measured.signal);
     let unseen = unseen(pixels);
     let is_due = unseen > UNSEEN * wanted;
     let goal = if is_due { wanted } else { wanted - unseen };
@@ -155,6 +171,11 @@ fn dominant(pixels: &[Pixel], width: usize, measured: &Measured) -> Vec<u32> {
     chosen.sort_unstable();
     chosen.dedup();
     chosen
+}
+
+/// The variance of the outlines of emitters, weighted as pixels count.
+pub(crate) fn outlines(pixels: &[Pixel]) -> f64 {
+    pixels.iter().map(|pixel| pixel.weight() * pixel.outline_variance().element_sum()).sum()
 }
 
 /// The variance kept by pixels chosen since the last resampling, weighted as pixels count.
@@ -350,6 +371,7 @@ pub(crate) fn variances(pixels: &[Pixel], means: &[DVec3], width: usize) -> Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gather::nearness::NOBODY;
     use crate::gather::pixels::pixel::SmallFace;
 
     /// A pixel with so many camera rays in each half, and the mean light of each.
@@ -361,7 +383,7 @@ mod tests {
 
     /// The pixels that are to get twice their rays.
     fn doubled(pixels: &mut [Pixel], width: usize, noise: f64) -> Vec<u32> {
-        match next(pixels, width, noise) {
+        match next(pixels, width, noise, &NOBODY) {
             Next::Double(chosen) => chosen,
             _ => Vec::new(),
         }
@@ -399,7 +421,7 @@ mod tests {
         // With more rays the halves agree; the variance it was chosen for still counts.
         (pixels[NOISY].count, pixels[NOISY].light.lit) = (8192, [DVec3::splat(8192.0); 2]);
         assert!(measure(&pixels).variance > 0.0);
-        let Next::Resample(few) = next(&mut pixels, WIDTH, 1e-4) else { panic!("resampling is due") };
+        let Next::Resample(few) = next(&mut pixels, WIDTH, 1e-4, &NOBODY) else { panic!("resampling is due") };
         assert_eq!(few.len(), pixels.len() - 1);
         // A share of what pixels have in the mean, and on the outline of a luminaire all of it.
         let (resampled_counts, mean) = (resampled_counts(&pixels), (8192.0 + 127.0 * 4.0) / 128.0);

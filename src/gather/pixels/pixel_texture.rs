@@ -295,6 +295,7 @@ fn in_plane(view: &View, k: usize, face: u32, at: DVec2) -> Option<DVec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gather::nearness::NOBODY;
     use crate::gather::pixels::adaptive_sampling::{Plan, sample_pixels};
     use crate::gather::pixels::camera_rays::{CameraRays, CameraSampling};
     use crate::gather::pixels::pixel::Pixel;
@@ -309,8 +310,8 @@ mod tests {
     fn pixels(view: &View) -> Vec<Pixel> {
         let fields = Fields::new(&[vec![Rgb::ONE; view.patches.len()]]);
         let sampling = CameraSampling { tabled: 64, visibility: 1, seed: 0 };
-        let plan = Plan { first: 8, noise: None, deadline: None };
-        sample_pixels(&CameraRays::new(view, &fields, &sampling), &plan, &|_| ())
+        let plan = Plan { first: 8, noise: None, deadline: None, nearing: NOBODY };
+        sample_pixels(&CameraRays::new(view, &fields, &sampling), &plan)
     }
 
     #[test]

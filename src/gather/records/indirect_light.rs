@@ -7,7 +7,7 @@ use halflight_team::Loop;
 
 use crate::error::halves::Halves;
 use crate::gather::gathered::{GatherError, Gathered, GatheredLayer};
-use crate::gather::pixels::adaptive_sampling::{Measured, Plan, measure, refine};
+use crate::gather::pixels::adaptive_sampling::{Measured, Plan, measure, outlines, refine};
 use crate::gather::pixels::camera_rays::CameraRays;
 use crate::gather::pixels::pixel::Pixel;
 use crate::gather::records::irradiance_cache::{Fitted, IrradianceCache, RecordedLight};
@@ -163,13 +163,12 @@ impl IndirectLight {
     fn error(&self, pixels: &[Pixel]) -> GatherError {
         let camera = measure(pixels);
         let indirect = self.measure(pixels);
-        let outlines: f64 = pixels.iter().map(|pixel| pixel.weight() * pixel.outline_variance().element_sum()).sum();
         let rms = |sum: f64| (sum / (3.0 * camera.count.max(1.0))).sqrt();
         let shown: f64 = pixels.iter().map(|pixel| pixel.mean_emission().length_squared()).sum();
         let noise: f64 = pixels.iter().map(|pixel| pixel.emission_variance().element_sum()).sum();
         GatherError {
             emission: [noise, shown].map(|sum| (sum / (3 * pixels.len().max(1)) as f64).sqrt()),
-            camera: rms(camera.variance + outlines),
+            camera: rms(camera.variance + outlines(pixels)),
             hemisphere: rms(indirect.variance),
             fit: rms(self.misfit),
             signal: rms(camera.signal),

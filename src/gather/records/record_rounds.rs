@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use halflight_team::{is_over, would_be_over};
 
-use crate::gather::pixels::adaptive_sampling::{Measured, Plan, measure};
+use crate::gather::pixels::adaptive_sampling::{Measured, Plan, measure, outlines};
 use crate::gather::pixels::pixel::Pixel;
 use crate::gather::records::fit_error::{part, validate};
 use crate::gather::records::indirect_light::IndirectLight;
@@ -43,6 +43,9 @@ pub(crate) struct RecordRounds<'a, 'b> {
     pixels: &'a [Pixel],
     /// Pixels as they count.
     count: f64,
+    /// Squared error of camera rays, and the light itself squared, summed over the pixels.
+    camera: f64,
+    signal: f64,
     /// Squared error that indirect light may have, summed over the pixels.
     allowed: f64,
     /// The squared error of the fits as they are, summed over the pixels; none where they have changed.
@@ -56,8 +59,9 @@ impl<'a, 'b> RecordRounds<'a, 'b> {
     pub(crate) fn new(cache: &'a mut IrradianceCache<'b>, pixels: &'a [Pixel], error: f64) -> RecordRounds<'a, 'b> {
         let Measured { variance, signal, count } = measure(pixels);
         let all = error * error * signal;
-        let allowed = (all - variance).max(0.25 * all);
-        RecordRounds { cache, pixels, count, allowed, bias: None, step: SOME }
+        let camera = variance + outlines(pixels);
+        let allowed = (all - camera).max(0.25 * all);
+        RecordRounds { cache, pixels, count, camera, signal, allowed, bias: None, step: SOME }
     }
 
     /// Casts rays and parts places until noise and bias are small enough, time is over, or noise does not fall; returns
@@ -75,6 +79,8 @@ impl<'a, 'b> RecordRounds<'a, 'b> {
                 break;
             }
             let noise = self.noise() / self.allowed;
+            let squared = [self.camera, (noise + self.bias.unwrap_or(0.0)) * self.allowed, self.allowed];
+            plan.nearing.records(squared.map(|sum| sum / self.signal), self.bias.is_some());
             let goal = self.bias.map_or(judged, |bias| (1.0 - bias / self.allowed).max(LEAST));
             // Noise that more rays did not lessen has another cause.
             if noise > goal && noise < (1.0 - HELPS) * before {

@@ -1,6 +1,7 @@
 //! Light to a tolerance: rounds of patches and rays, what judges them, and how near the light is.
 
 pub(crate) mod division;
+pub(crate) mod nearing_light;
 pub(crate) mod picture_cost;
 pub(crate) mod residual_check;
 pub(crate) mod rounds;

@@ -30,6 +30,7 @@ use crate::render::memory::Held;
 use crate::render::pilot::fewer;
 use crate::render::rendered::Rendered;
 use crate::render::search::division::Division;
+use crate::render::search::nearing_light::{NearingPicture, near_light};
 use crate::render::search::residual_check::{Check, Finding};
 use crate::render::search::solved::{Next, Rough, Solved, Task, half_of, patches_for};
 use crate::scene::Material;
@@ -67,6 +68,7 @@ pub(crate) fn render_to_tolerance(first: &Discretization, task: &Task) -> Result
     let within = Gathering::Within { error, camera: solved.camera, seed: goal.seed, deadline: goal.deadline };
     let ((fields, emitters), seconds) = timed(|| solved.picture_fields());
     spent.seconds.solve += seconds;
+    let watch = &NearingPicture { watch, light: solved.error.total };
     let gather = || render(&solved.mode.lights, &fields, &GatherPass::new(goal.size, within), watch);
     let (gathered, seconds) = timed(gather);
     spent.seconds.gather += seconds;
@@ -175,6 +177,7 @@ impl<'a> Search<'a> {
         self.spent.seconds.gather += seconds;
         self.spent.rays += rough.gathered.rays;
         solved.set_errors(&rough.gathered);
+        near_light(watch, solved.error.sum().total, &rough, goal.tolerance);
         if self.division.is_some() {
             self.set_nearest(solved);
         }
@@ -190,6 +193,7 @@ impl<'a> Search<'a> {
 
     /// What is to be done with a solution.
     fn judge(&mut self, solved: Solved, rough: &Rough) -> Next {
+        self.task.watch.begin("paths", 0);
         match self.division.take() {
             Some(mut division) => {
                 let check = self.check.as_mut().expect("patches were checked before they were divided");

@@ -24,7 +24,7 @@ use crate::scene::coincident::division::Polygon;
 use crate::scene::coincident::masks::Materials;
 use crate::scene::coincident::plane::{Covered, covered};
 use crate::scene::coincident::planes::{Planes, TOLERANCE, by_plane};
-use crate::scene::error::{About, list, shorten};
+use crate::scene::error::{About, Effect, list, shorten};
 use crate::scene::model::{Face, Scene};
 use crate::scene::polygon::{Points, THINNEST, height};
 
@@ -54,7 +54,7 @@ pub(crate) fn resolve(scene: &mut Scene, points: &mut Points, origin: &Origin) {
     let found = all_covered(scene);
     if !found.is_empty() {
         let text = origin.warning(scene, &found);
-        scene.warnings.extend(text.map(|text| About::Shape.warning(text)));
+        scene.warnings.extend(text.map(|text| About::Shape(Effect::LeftOut).warning(text)));
         replace(scene, points, found);
     }
 }

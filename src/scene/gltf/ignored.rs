@@ -3,7 +3,7 @@
 //!
 //! Not handled: what changes nothing in the picture; it is counted nowhere.
 
-use crate::scene::error::{About, Warning, list};
+use crate::scene::error::{About, Effect, Warning, list};
 
 /// What is not modelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,11 +32,36 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    /// What it concerns.
+    /// What it concerns, and what becomes of it.
     fn about(self) -> About {
+        let effect = self.effect();
         match self {
-            Kind::Animations | Kind::Morphs | Kind::PointsAndLines | Kind::Skins | Kind::Extensions(_) => About::Shape,
-            _ => About::Light,
+            Kind::Animations | Kind::Morphs | Kind::PointsAndLines | Kind::Skins | Kind::Extensions(_) => {
+                About::Shape(effect)
+            }
+            _ => About::Light(effect),
+        }
+    }
+
+    fn effect(self) -> Effect {
+        match self {
+            Kind::ImagesLost | Kind::ImagesOfOtherFormats | Kind::NoCoordinates | Kind::Skins => Effect::Guessed,
+            Kind::Animations
+            | Kind::Extensions(_)
+            | Kind::FurtherColours
+            | Kind::GlowBySecondSet
+            | Kind::LightsOfOtherTypes
+            | Kind::Morphs
+            | Kind::Orthographic
+            | Kind::PointsAndLines => Effect::LeftOut,
+            Kind::Bumps
+            | Kind::ColoursOutside
+            | Kind::Gloss
+            | Kind::ImagesReplaced
+            | Kind::Metal
+            | Kind::Ranges
+            | Kind::SmoothNormals
+            | Kind::SoftEdges => Effect::Simplified,
         }
     }
 

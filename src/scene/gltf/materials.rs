@@ -18,7 +18,7 @@ use std::collections::HashSet;
 use glam::Vec3;
 
 use crate::light::Rgb;
-use crate::scene::error::{About, Place, SceneError, Tally};
+use crate::scene::error::{About, Effect, Place, SceneError, Tally};
 use crate::scene::gltf::document::name;
 use crate::scene::gltf::fault::Fault;
 use crate::scene::gltf::ignored::{Ignored, Kind};
@@ -154,13 +154,13 @@ pub(super) fn warn_of_white(soup: &mut Soup, is_white: &[bool], coloured: &[bool
     }
     let consequence = format!("it would reflect everything; it reflects {DEFAULT_RHO}");
     let place = (soup.file.as_str(), "material");
-    white.report(About::Light, place, "white base colour", &consequence, &mut soup.warnings);
+    white.report(About::Light(Effect::Guessed), place, "white base colour", &consequence, &mut soup.warnings);
     let rho = soup.materials[plain].rho.x;
     let consequence = format!(
         "no material; glTF's default is white, which would reflect everything; reflecting {rho} (--reflectance)"
     );
     let place = (soup.file.as_str(), "triangle");
-    bare.report(About::Light, place, "bare face", &consequence, &mut soup.warnings);
+    bare.report(About::Light(Effect::Guessed), place, "bare face", &consequence, &mut soup.warnings);
 }
 
 /// The base colour.

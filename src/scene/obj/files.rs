@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 use crate::light::Rgb;
 use crate::pictures::{Texels, TexelsError};
-use crate::scene::error::{About, Place, SceneError, Tally, Warning, list, shorten};
+use crate::scene::error::{About, Effect, Place, SceneError, Tally, Warning, list, shorten};
 use crate::scene::model::{DEFAULT_RHO, Material};
 use crate::scene::obj::lines::Latin;
 use crate::scene::obj::mtl::{Libraries, MapLine};
@@ -64,7 +64,13 @@ pub(super) fn read_libraries(
     let names = list(missing.names.iter().map(String::as_str));
     let why = missing.failure.map_or(String::new(), |failure| format!(" ({failure})"));
     let consequence = format!("{names}{why}");
-    missing.lines.report(About::Light, (file, "line"), "missing MTL file", &consequence, &mut libraries.warnings);
+    missing.lines.report(
+        About::Light(Effect::Guessed),
+        (file, "line"),
+        "missing MTL file",
+        &consequence,
+        &mut libraries.warnings,
+    );
     Ok(())
 }
 
@@ -156,10 +162,10 @@ impl Kind {
             Kind::Reflectance,
             "missing map_Kd",
             "Kd alone counts: 0.8 of it where it is 1, 0.8 where it is 0",
-            About::Light,
+            About::Light(Effect::Guessed),
         ),
-        (Kind::Emission, "missing map_Ke", "all of the surface emits what Ke says", About::Light),
-        (Kind::Mask, "missing map_d", "the surface is there without holes, as d says", About::Shape),
+        (Kind::Emission, "missing map_Ke", "all of the surface emits what Ke says", About::Light(Effect::Guessed)),
+        (Kind::Mask, "missing map_d", "the surface is there without holes, as d says", About::Shape(Effect::Guessed)),
     ];
 }
 

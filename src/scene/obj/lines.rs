@@ -13,7 +13,7 @@
 use std::borrow::Cow;
 
 use crate::scene::NO_MATERIAL;
-use crate::scene::error::{About, Place, SceneError, Tally, Warning, shorten};
+use crate::scene::error::{About, Effect, Place, SceneError, Tally, Warning, shorten};
 
 /// One statement: a keyword and what follows it.
 pub(super) struct Statement<'a> {
@@ -115,7 +115,7 @@ impl Latin {
     /// One warning, where a line was counted.
     pub(super) fn report(&self, warnings: &mut Vec<Warning>) {
         let consequence = "not UTF-8 text, read as Latin-1";
-        self.lines.report(About::Shape, (&self.file, "line"), "line", consequence, warnings);
+        self.lines.report(About::Shape(Effect::Guessed), (&self.file, "line"), "line", consequence, warnings);
     }
 }
 

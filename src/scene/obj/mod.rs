@@ -28,7 +28,7 @@ mod objects;
 mod statements;
 
 use crate::light::Rgb;
-use crate::scene::error::{About, Place, SceneError, Tally, list};
+use crate::scene::error::{About, Effect, Place, SceneError, Tally, list};
 use crate::scene::model::{DEFAULT_GREY, Material, NO_MATERIAL};
 use crate::scene::obj::files::{attach_textures, read_libraries};
 use crate::scene::obj::lines::Latin;
@@ -106,7 +106,13 @@ fn find_materials(file: &str, obj: &Statements, libraries: &mut Libraries, rho: 
         };
         let consequence = format!("{} ({why}): reflecting {grey}, emitting nothing", names(added));
         let place = (file, "line");
-        undefined.report(About::Light, place, "undefined material", &consequence, &mut libraries.warnings);
+        undefined.report(
+            About::Light(Effect::Guessed),
+            place,
+            "undefined material",
+            &consequence,
+            &mut libraries.warnings,
+        );
     }
     used
 }

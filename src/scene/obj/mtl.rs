@@ -15,7 +15,7 @@ use std::fmt::Write;
 use glam::{DVec2, DVec3};
 
 use crate::light::{Gloss, Rgb};
-use crate::scene::error::{About, Place, SceneError, Tally, Warning, list};
+use crate::scene::error::{About, Effect, Place, SceneError, Tally, Warning, list};
 use crate::scene::model::{DEFAULT_RHO, Material};
 use crate::scene::obj::lines::{Statement, refuse_one_line, statements};
 use crate::scene::soup::{check_emission, check_gloss, check_rho};
@@ -116,13 +116,13 @@ struct Unread {
 
 /// What a statement that is not modelled does to a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Effect {
+enum Unmodelled {
     /// Nothing, with these numbers.
-    None,
+    Needless,
     /// It puts an image onto something.
-    Texture,
+    Image,
     /// It would change something else.
-    Unmodelled,
+    Missed,
 }
 
 impl Entry {
@@ -304,10 +304,10 @@ impl Reading<'_> {
 impl Tallies {
     /// Counts a statement of a material that is not modelled, if it would change the picture.
     fn count_unread(&mut self, statement: &Statement, material: &str) {
-        let unread = match effect(statement) {
-            Effect::None => return,
-            Effect::Texture => &mut self.textures,
-            Effect::Unmodelled => &mut self.statements,
+        let unread = match unmodelled(statement) {
+            Unmodelled::Needless => return,
+            Unmodelled::Image => &mut self.textures,
+            Unmodelled::Missed => &mut self.statements,
         };
         let number = statement.words().next().filter(|_| statement.keyword() == "illum");
         let keyword = number.map_or_else(|| statement.keyword().to_owned(), |number| format!("illum {number}"));
@@ -321,20 +321,25 @@ impl Tallies {
         let statements = unread(&self.statements, "not modelled, and left out");
         let no_kd = format!("it reflects {DEFAULT_RHO}{}", where_uncoloured(coloured));
         for (about, tally, noun, consequence) in [
-            (About::Light, &self.textures.lines, "texture", textures.as_str()),
-            (About::Light, &self.statements.lines, "statement", statements.as_str()),
-            (About::Shape, &self.halo, "d -halo statement", "its factor is taken for all directions"),
-            (About::Shape, &self.outside, "opacity value", "outside 0..1, and clamped"),
-            (About::Shape, &self.inverted, "Tr 1 statement", INVERTED),
-            (About::Shape, &self.apart, "contradictory Tr statement", "it is not 1 - d; d counts"),
+            (About::Light(Effect::LeftOut), &self.textures.lines, "texture", textures.as_str()),
+            (About::Light(Effect::LeftOut), &self.statements.lines, "statement", statements.as_str()),
             (
-                About::Light,
+                About::Shape(Effect::Simplified),
+                &self.halo,
+                "d -halo statement",
+                "its factor is taken for all directions",
+            ),
+            (About::Shape(Effect::Simplified), &self.outside, "opacity value", "outside 0..1, and clamped"),
+            (About::Shape(Effect::Guessed), &self.inverted, "Tr 1 statement", INVERTED),
+            (About::Shape(Effect::Guessed), &self.apart, "contradictory Tr statement", "it is not 1 - d; d counts"),
+            (
+                About::Light(Effect::LeftOut),
                 &self.specular,
                 "specular colour",
                 "Ks is left out; --highlights shows highlights of direct light",
             ),
-            (About::Light, &self.no_kd, "missing Kd", no_kd.as_str()),
-            (About::Light, &self.twice, "repeated definition", "the first one counts"),
+            (About::Light(Effect::Guessed), &self.no_kd, "missing Kd", no_kd.as_str()),
+            (About::Light(Effect::Simplified), &self.twice, "repeated definition", "the first one counts"),
         ] {
             tally.report(about, (file, "line"), noun, consequence, warnings);
         }
@@ -381,18 +386,20 @@ fn one_number(file: &str, statement: &Statement, words: &[&str]) -> Result<f64, 
 
 /// What a statement that is not modelled does. Ambient light (`Ka`) is in no scene; `Tf 1`, `Pm 0`, `illum 2` and the
 /// like leave everything as it is.
-fn effect(statement: &Statement) -> Effect {
+fn unmodelled(statement: &Statement) -> Unmodelled {
     let numbers = || statement.words().map(|word| word.parse::<f64>().unwrap_or(f64::NAN));
-    let unless = |is_neutral: bool| if is_neutral { Effect::None } else { Effect::Unmodelled };
+    let unless = |is_neutral: bool| if is_neutral { Unmodelled::Needless } else { Unmodelled::Missed };
     match statement.keyword() {
         // Ambient light; how sharp mirrors are; how highlights and clear coats fall off; names of shaders.
-        "Ka" | "map_Ka" | "Ns" | "sharpness" | "map_aat" | "Pcr" | "anisor" => Effect::None,
+        "Ka" | "map_Ka" | "Ns" | "sharpness" | "map_aat" | "Pcr" | "anisor" => Unmodelled::Needless,
         "Tf" => unless(numbers().all(|number| number == 1.0)),
         "Pr" => unless(numbers().all(|number| number >= 1.0)),
         "Pm" | "Ps" | "Pc" | "aniso" => unless(numbers().all(|number| number == 0.0)),
         "illum" => unless(numbers().all(|number| number == 1.0 || number == 2.0)),
-        key if key.starts_with("map_") || matches!(key, "bump" | "disp" | "decal" | "refl" | "norm") => Effect::Texture,
-        _ => Effect::Unmodelled,
+        key if key.starts_with("map_") || matches!(key, "bump" | "disp" | "decal" | "refl" | "norm") => {
+            Unmodelled::Image
+        }
+        _ => Unmodelled::Missed,
     }
 }
 
@@ -509,15 +516,15 @@ mod tests {
 
     #[test]
     fn numbers_that_change_nothing_are_passed_over() {
-        let found = |text: &str| effect(&statements(text).next().unwrap());
+        let found = |text: &str| unmodelled(&statements(text).next().unwrap());
         for text in ["Ka 1 1 1", "Tf 1 1 1", "Tf 1.0", "Pm 0", "Pr 1", "illum 2", "illum 1", "map_Ka a.png"] {
-            assert_eq!(found(text), Effect::None, "{text}");
+            assert_eq!(found(text), Unmodelled::Needless, "{text}");
         }
         for text in ["Tf .9 1 1", "Tf xyz 1", "Pm 1", "Pr .3", "Ps 0.1", "illum 0", "illum 7", "illum x", "Kt 1"] {
-            assert_eq!(found(text), Effect::Unmodelled, "{text}");
+            assert_eq!(found(text), Unmodelled::Missed, "{text}");
         }
         for text in ["map_Pm a.png", "norm a.png", "map_bump a.png", "refl -type sphere a.png", "map_emissive a.png"] {
-            assert_eq!(found(text), Effect::Texture, "{text}");
+            assert_eq!(found(text), Unmodelled::Image, "{text}");
         }
     }
 

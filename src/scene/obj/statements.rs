@@ -16,7 +16,7 @@ use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use crate::pictures::decode_srgb;
 use crate::scene::NO_MATERIAL;
-use crate::scene::error::{About, Place, SceneError, Tally, Warning, shorten};
+use crate::scene::error::{About, Effect, Place, SceneError, Tally, Warning, shorten};
 use crate::scene::obj::lines::{Statement, refuse_one_line, statements};
 use crate::scene::obj::objects::Objects;
 use crate::scene::polygon::MOST_CORNERS;
@@ -256,7 +256,13 @@ impl Statements {
         }
         soup.coordinates = self.coordinate_numbers.iter().map(|k| at(k).copied().unwrap_or_default()).collect();
         let consequence = "they have no texture coordinates, and take those of one point, (0, 0)";
-        bare.report(About::Light, (&soup.file, "line"), "textured face", consequence, &mut soup.warnings);
+        bare.report(
+            About::Light(Effect::Guessed),
+            (&soup.file, "line"),
+            "textured face",
+            consequence,
+            &mut soup.warnings,
+        );
     }
 
     /// Gives the corners of a soup the colours of its vertices, NaN where there is none, if any vertex has one.
@@ -274,11 +280,26 @@ impl Tallies {
         let mut report = |about, tally: &Tally, noun, consequence: &str| {
             tally.report(about, (file, "line"), noun, consequence, warnings);
         };
-        report(About::Shape, &self.ignored, "statement", "points, lines, curves and surfaces are not modelled");
-        report(About::Shape, &self.thin, "face", "left out: with fewer than three corners they have no area");
-        report(About::Light, &self.smooth, "smooth face", "faces are flat: smooth shading (vn, s) is not modelled");
+        report(
+            About::Shape(Effect::LeftOut),
+            &self.ignored,
+            "statement",
+            "points, lines, curves and surfaces are not modelled",
+        );
+        report(
+            About::Shape(Effect::Simplified),
+            &self.thin,
+            "face",
+            "left out: with fewer than three corners they have no area",
+        );
+        report(
+            About::Light(Effect::Simplified),
+            &self.smooth,
+            "smooth face",
+            "faces are flat: smooth shading (vn, s) is not modelled",
+        );
         self.unknown.report_keywords(
-            About::Shape,
+            About::Shape(Effect::LeftOut),
             file,
             "neither modelled nor known to change nothing, and left out",
             warnings,
@@ -287,20 +308,20 @@ impl Tallies {
             tally.report(about, (file, "line"), noun, consequence, warnings);
         };
         let outside = "its numbers are clamped to 0..1; divide those of eight bits by 255";
-        report(About::Light, &self.colours_outside, "vertex colour", outside);
+        report(About::Light(Effect::Simplified), &self.colours_outside, "vertex colour", outside);
         let weights = "w of `v x y z w` counts in curves alone, and positions are not divided by it";
-        report(About::Shape, &self.weights, "vertex weight", weights);
+        report(About::Shape(Effect::Simplified), &self.weights, "vertex weight", weights);
         let both = "read as x y z w r g b, of which w has no effect; write x y z r g b if the last one is an alpha";
-        report(About::Light, &self.weights_and_colours, "seven-number v", both);
+        report(About::Light(Effect::Guessed), &self.weights_and_colours, "seven-number v", both);
         let odd = "what follows x y z is left out: neither a weight nor a colour of three numbers";
-        report(About::Shape, &self.odd_vertices, "v", odd);
+        report(About::Shape(Effect::LeftOut), &self.odd_vertices, "v", odd);
         if let Some(at) = text.find("#MRGB") {
             let line = 1 + text[..at].matches('\n').count();
             let text = format!("{file}, line {line}: colours of vertices in comments (#MRGB) are not modelled");
-            warnings.push(About::Light.warning(text));
+            warnings.push(About::Light(Effect::LeftOut).warning(text));
         }
         let bare = format!("no usemtl before it; material `{NO_MATERIAL}` reflects {grey}");
-        self.bare.report(About::Light, (file, "line"), "face", &bare, warnings);
+        self.bare.report(About::Light(Effect::Guessed), (file, "line"), "face", &bare, warnings);
     }
 }
 

@@ -24,7 +24,7 @@ use toml::Spanned;
 
 use crate::light::{Mode, Rgb, Transport, TransportError, Visibility};
 use crate::scene::emission::SkyLight;
-use crate::scene::error::{About, Place, SceneError, ViewError, list, shorten};
+use crate::scene::error::{About, Effect, Place, SceneError, ViewError, list, shorten};
 use crate::scene::model::{Camera, DEFAULT_FOV, Material, Scene, Sides};
 use crate::scene::punctual::{Beam, PunctualForm, PunctualLight, PunctualPlace};
 use crate::scene::scene_file::lm63::Mounting;
@@ -276,7 +276,7 @@ impl SceneFile {
         if let Some(sky) = &self.sky {
             scene.set_sky(sky.light(text)?, up);
         }
-        let turned = self.turned_by_camera(text, up).map(|text| About::Light.warning(text));
+        let turned = self.turned_by_camera(text, up).map(|text| About::Light(Effect::Guessed).warning(text));
         scene.warnings.extend(turned);
         Ok(())
     }
@@ -451,7 +451,7 @@ impl LightTable {
                 read.opening,
                 5.0 * read.opening
             );
-            scene.warnings.push(About::Light.warning(text));
+            scene.warnings.push(About::Light(Effect::Simplified).warning(text));
         }
         Ok(Beam::Measured(Arc::new(read.photometry)))
     }

@@ -45,6 +45,7 @@ pub struct Common {
 
 /// What a scene is given that its files do not say.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Scene")]
 pub struct Completion {
     /// Let the backs of faces reflect and emit as well, of all materials or of those named; without it they are black
     #[arg(long, value_name = "MATERIAL,...", num_args = 0..=1, require_equals = true, default_missing_value = "",
@@ -69,9 +70,10 @@ pub struct Completion {
 
 /// The scene and its modes.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Scene")]
 pub struct Subject {
     /// A built-in scene (see `halflight scenes`), an .obj, .glb or .gltf file, or a .toml scene file
-    #[arg(default_value = "cornell-box")]
+    #[arg(default_value = "cornell-box", help_heading = None::<&str>)]
     pub scene: String,
     /// Illumination model [default: the scene file's, else global; all four of a built-in scene]
     #[arg(long, value_enum, conflicts_with_all = ["alpha", "tau"])]
@@ -95,6 +97,7 @@ pub struct Subject {
 
 /// How bright PNG files are.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Picture")]
 pub struct Brightness {
     /// Brighten PNG files by so many stops (factors of two); at 0 a radiance of 1 is white. EXR files stay as they are
     /// [default: 0 for a built-in scene, else by what the first picture shows]
@@ -128,6 +131,7 @@ impl Exposing {
 
 /// The scene, its modes, and how finely it is solved.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Accuracy")]
 pub struct Problem {
     /// The scene and its modes.
     #[command(flatten)]
@@ -151,7 +155,7 @@ impl Completion {
     /// What [`Completion::load`] does for what depends on shapes alone: of its warnings those of shapes.
     pub fn load_shape(&self, scene: &str, console: &Console) -> Result<Scene, CliError> {
         let scene = self.read(scene)?;
-        let of_shape = scene.warnings.iter().filter(|warning| warning.about == About::Shape);
+        let of_shape = scene.warnings.iter().filter(|warning| matches!(warning.about, About::Shape(_)));
         of_shape.for_each(|warning| console.warn(&warning.text));
         Ok(scene)
     }
@@ -262,6 +266,7 @@ const SAMPLES: u32 = 128;
 
 /// The wanted accuracy, or the effort itself.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Accuracy")]
 pub struct Effort {
     /// Error to aim at, a share of the picture's RMS radiance; for bounces, of each term's power [default: 0.01]
     #[arg(long, value_name = "T", value_parser = picture_error, conflicts_with_all = ["patches", "rays", "samples"])]
@@ -308,6 +313,7 @@ pub use halflight::render::pixel;
 
 /// How much memory may be used.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Accuracy")]
 pub struct MemoryLimit {
     /// Memory that K or the pictures may take; what needs more is refused [default: four fifths of what is free]
     #[arg(long, value_name = "GIB", value_parser = gibibytes)]

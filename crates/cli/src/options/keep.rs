@@ -18,6 +18,7 @@ use halflight_export::kept::{Also, Keeping, KeptFolder, KeptRows, NewKept};
 
 /// A folder to make, and one to go on from.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Keep")]
 pub struct Keep {
     /// Keep F, the patches, L and all its terms in a folder, for --load and for other programs
     #[arg(long, value_name = "DIR")]

@@ -6,6 +6,7 @@ use halflight::render::Apart;
 
 /// What pictures are taken apart into.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Picture")]
 pub struct Layers {
     /// Keep these apart as layers of an EXR file, or PNG files of their own; each kind adds up to the picture
     #[arg(long, value_enum, value_delimiter = ',', value_name = "KIND,KIND")]
@@ -17,6 +18,7 @@ pub struct Layers {
 
 /// What light is kept apart by.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Picture")]
 pub struct PerEmitter {
     /// Keep the light of every lamp apart: each object or material that emits, the sky, each light without area
     #[arg(long, value_enum, value_name = "WHAT")]

@@ -16,6 +16,7 @@ use halflight_lighting::{Columns, Measured, Quantity, SensorLayout, digits, plan
 
 /// Where light is measured.
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Light at points")]
 pub struct Points {
     /// Measure irradiance at the points of a table (columns by its head; without one x, y, z, nx, ny, nz and, if there
     /// is a seventh, a name), or on a grid over an object: grid:OBJECT@HEIGHT,SPACING; to the tolerance, at each point

@@ -62,6 +62,15 @@ pub fn report(place: &TempDir, arguments: &str) -> Value {
     serde_json::from_str(&ran.out).unwrap()
 }
 
+/// What the report says of the one mode of such a run.
+#[track_caller]
+pub fn report_of_mode(place: &TempDir, arguments: &str) -> Value {
+    let mut report = report(place, arguments);
+    let modes = report["modes"].as_array_mut().expect("every report of modes has a list of them");
+    assert_eq!(modes.len(), 1, "{arguments}");
+    modes.remove(0)
+}
+
 /// Everything under a directory: paths from there, with `/` at the end of a directory's, and the files' bytes.
 pub fn contents(place: &TempDir) -> BTreeMap<String, Vec<u8>> {
     fn walk(folder: &Path, prefix: &str, found: &mut BTreeMap<String, Vec<u8>>) {

@@ -93,10 +93,10 @@ fn square_points() -> Vec<Transport> {
     points
 }
 
-/// Rows of falling alpha, tau rising in each: the corners stand as in the figure of four modes.
+/// Rows of falling tau, alpha rising in each, as the map has them.
 fn grid() -> Vec<Vec<Transport>> {
     let shares = || (0..GRID).map(|k| f32::from(k) / f32::from(GRID - 1));
-    let row = |alpha: f32| shares().map(|tau| Transport { alpha, tau }).collect();
+    let row = |tau: f32| shares().map(|alpha| Transport { alpha, tau }).collect();
     shares().rev().map(row).collect()
 }
 
@@ -109,15 +109,15 @@ fn paths() -> [Vec<Transport>; 2] {
 
 /// A grid of pictures over the square.
 pub fn between_grid(settings: &PageSettings, points: &[Point]) -> Page {
-    let name = |t: Transport, alpha: f32| t.mode().filter(|_| t.alpha == alpha).map_or("", Mode::name);
+    let name = |t: Transport, tau: f32| t.mode().filter(|_| t.tau == tau).map_or("", Mode::name);
     let labels = |t: Transport| {
-        let top = if t.alpha == 1.0 { format!("τ = {}", t.tau) } else { String::new() };
+        let top = if t.tau == 1.0 { format!("alpha {}", t.alpha) } else { String::new() };
         (Heading::new(top, name(t, 1.0)), name(t, 0.0))
     };
     let heading =
-        |row: &Vec<Transport>| Heading::new(row.first().map_or(String::new(), |t| format!("α = {}", t.alpha)), "");
+        |row: &Vec<Transport>| Heading::new(row.first().map_or(String::new(), |t| format!("tau {}", t.tau)), "");
     let rows = grid().into_iter().map(|row| (heading(&row), row)).collect();
-    let title = "Between the modes: α (interreflection) up, τ (transmission) to the right";
+    let title = "Between the modes: alpha (interreflection) to the right, tau (transmission) up";
     page(settings, title, points, rows, &labels)
 }
 
@@ -126,7 +126,7 @@ pub fn between_strip(settings: &PageSettings, points: &[Point]) -> Page {
     let name = |t: Option<&Transport>| t.map_or(String::new(), |t| t.label());
     let rows = paths().map(|path| (Heading::new(name(path.first()), format!("to {}", name(path.last()))), path));
     let labels =
-        |t: Transport| (Heading::new(t.mode().map_or("", Mode::name), format!("α = {}, τ = {}", t.alpha, t.tau)), "");
+        |t: Transport| (Heading::new(t.mode().map_or("", Mode::name), format!("alpha {}, tau {}", t.alpha, t.tau)), "");
     let title = "Between the modes: from global to local shading, and from one bounce to shadowless light";
     page(settings, title, points, rows.into(), &labels)
 }

@@ -71,7 +71,7 @@ fn cell(mode: Mode, solved: &Solved, exposure: Exposure) -> Cell {
         Mode::OneBounce => "shadows, no interreflection",
         Mode::Local => "neither shadows nor interreflection",
     };
-    let above = Heading::new(mode.name(), format!("α = {}, τ = {}", t.alpha, t.tau));
+    let above = Heading::new(mode.name(), format!("alpha {}, tau {}", t.alpha, t.tau));
     let shown = solved.as_ref().map_or_else(no_light, |found| Shown::image(&found.picture, exposure));
     Cell { above, shown, below: meaning.into() }
 }

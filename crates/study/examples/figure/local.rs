@@ -280,7 +280,7 @@ impl LocalLight {
         let image = |picture| Shown::image(picture, exposure);
         vec![
             cell("OpenGL", "five point lights", self.drawn(self.five(), exposure), drawn),
-            cell("halflight, local", "α = 0, τ = 1, area light", image(&self.local.picture), local),
+            cell("halflight, local", "alpha 0, tau 1, area light", image(&self.local.picture), local),
             cell("path tracing, local", "area light", image(&self.tracer.picture), traced),
         ]
     }

@@ -34,7 +34,7 @@ const BRIGHT: f32 = 0.85;
 
 /// What the two numbers are, in a caption.
 pub const AXES: &str =
-    "α: share of the reflected light that travels on. τ: share of light that passes through surfaces.";
+    "alpha: share of the reflected light that travels on. tau: share of light that passes through surfaces.";
 
 /// The exposure, in whole quarters of a stop, at which 3 % of all pixels are brighter than 0.85 in their largest
 /// channel, 0 where nothing has light; and the settings' stops over it.

@@ -1,7 +1,7 @@
 //! Successive approximation: the bounce series of every mode in pictures.
 //!
 //! The terms E, KE, K²E, ... of each mode stand in a row, and under each the sum up to it; the last column has all
-//! later terms together, and L. Sums share one exposure; terms after KE are brightened by powers of two to about the
+//! later terms together, and L; E is left out where it is black. Sums share one exposure; terms after KE are brightened by powers of two to about the
 //! brightness of KE, and say so. Modes whose series diverges have no L and no rows: the caption names them. Not
 //! handled: errors; the effort is given.
 
@@ -15,7 +15,7 @@ use halflight::pictures::{Exposure, Picture};
 use halflight::render::{Fineness, Silent};
 use halflight::solve::{Diverges, Settings, Verdict, neumann};
 use halflight_plot::{Cell, Heading, Page, PageRow, Shown, term_name};
-use halflight_study::{bounce_fields_and_rest, bounce_pictures, brightening, partial_sums};
+use halflight_study::{bounce_fields_and_rest, bounce_pictures, brightened, brightening, partial_sums};
 
 /// Bounces with a picture of their own; the rest shares one.
 const BOUNCES: usize = 4;
@@ -51,9 +51,8 @@ impl Successive {
             _ => "all later terms".into(),
         };
         let gain = if n < 2 { 1.0 } else { brightening(&self.terms[1], &self.terms[n]) };
-        let note = if gain == 1.0 { String::new() } else { format!("× {gain}") };
         let exposure = Exposure { stops: exposure.stops + gain.log2() };
-        Cell::new(Heading::new(name, note), Shown::image(&self.terms[n], exposure))
+        Cell::new(Heading::new(name, brightened(gain)), Shown::image(&self.terms[n], exposure))
     }
 
     /// The sum up to term n; L in the last column.
@@ -69,6 +68,10 @@ impl Successive {
         };
         Cell::new(Heading::new(name, ""), Shown::image(&sums[n], exposure))
     }
+}
+
+fn is_black(picture: &Picture) -> bool {
+    picture.pixels.iter().all(|pixel| pixel.max_element() <= 0.0)
 }
 
 fn blank(name: &str) -> Cell {
@@ -98,9 +101,12 @@ pub fn successive(settings: &PageSettings, series: &[Successive]) -> Page {
     let summed: Vec<_> = series.iter().filter(|s| s.count() > 1).map(|s| (s, partial_sums(&s.terms))).collect();
     let exposure = exposure_for(summed.iter().filter_map(|(_, sums)| sums.last()), settings.brighter);
     let mut rows = Vec::new();
+    // E is the same in every mode.
+    let is_dark = summed.iter().all(|(s, _)| is_black(&s.terms[0]));
+    let first = usize::from(is_dark);
     for (s, sums) in &summed {
         let mut row = |what, cell: &dyn Fn(usize) -> Cell| {
-            let cells = (0..s.terms.len()).map(cell).collect();
+            let cells = (first..s.terms.len()).map(cell).collect();
             rows.push(PageRow { heading: Heading::new(s.transport.label(), what), cells });
         };
         row("terms", &|n| s.term(n, exposure));
@@ -110,9 +116,10 @@ pub fn successive(settings: &PageSettings, series: &[Successive]) -> Page {
         let Bounds { lower, upper } = s.radius;
         format!(" No rows for {}: {}, spectral radius {lower:.3} to {upper:.3}.", s.transport.label(), s.verdict.name())
     });
+    let dark = if is_dark { " E is black, as no luminaire is in view, and left out." } else { "" };
     let caption = format!(
-        "Scene {}. Upper row of each mode: single terms of the series, those marked × brightened. Lower row: their \
-         sums. One {} for all sums.{}",
+        "Scene {}. Upper row of each mode: single terms of the series. Lower row: their sums. One {} for all \
+         sums.{dark}{}",
         settings.scene.name,
         exposure_words(exposure),
         without_rows.collect::<String>(),
@@ -140,7 +147,7 @@ mod tests {
         assert_eq!(names(7)[..2], ["E", "L = E + KE"]);
         // Later terms are brightened, sums are not; where a mode ends L is E + KE.
         let cell = |row: usize, column: usize| &page.rows[row].cells[column];
-        assert!(cell(0, 4).above.note.starts_with("× ") && cell(1, 5).above.note.is_empty());
+        assert!(cell(0, 4).above.note.ends_with(" times brighter") && cell(1, 5).above.note.is_empty());
         assert_eq!(codes(cell(0, 0)), codes(cell(1, 0)));
         assert!(codes(cell(4, 1)) < codes(cell(5, 1)));
     }
