@@ -4,6 +4,7 @@
 //! A file that is not named here is not run; `architecture` tells which that are.
 
 mod architecture;
+mod both_sides;
 mod builtin_scenes;
 mod closed_forms;
 mod colours;

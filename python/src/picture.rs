@@ -231,7 +231,7 @@ impl Rendered {
     fn unmet(&self, tolerance: f64) -> Option<String> {
         let unmet = self.0.unmet(tolerance)?;
         let helps = match unmet.why {
-            Shortfall::Unseen | Shortfall::Unknown => "",
+            Shortfall::Unseen | Shortfall::Unknown | Shortfall::Contradicted => "",
             Shortfall::Time => "; a longer `time` helps",
             Shortfall::Effort => "; a larger `size` leaves less to bend within a pixel",
         };

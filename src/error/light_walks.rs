@@ -102,7 +102,17 @@ impl BatchSums {
 /// Terms of emitters that batches keep at a time, at most.
 const MOST_TERMS: usize = 1 << 20;
 
-struct Walks<'a> {
+/// A surface that a walk meets.
+pub(crate) struct Met {
+    pub position: Vec3,
+    pub face: u32,
+    pub side: Side,
+    /// What of the walk the visible half reflects there, W.
+    pub reflected: DVec3,
+}
+
+/// All walks of a scene in one mode.
+pub(crate) struct Walks<'a> {
     scene: &'a Scene,
     rays: &'a Rays,
     transports: Vec<Transport>,
@@ -164,13 +174,19 @@ impl TermPower {
         self.visible.element_sum() > 0.0
     }
 
+    fn add(&mut self, visible: DVec3, invisible: DVec3) {
+        self.visible += visible;
+        self.invisible += invisible;
+    }
+
     fn plus(self, other: TermPower) -> TermPower {
         TermPower { visible: self.visible + other.visible, invisible: self.invisible + other.invisible }
     }
 }
 
 impl<'a> Walks<'a> {
-    fn new(scene: &'a Scene, rays: &'a Rays, transport: Transport, emitters: &Emitters) -> Walks<'a> {
+    /// Walks from all that emits.
+    pub(crate) fn new(scene: &'a Scene, rays: &'a Rays, transport: Transport, emitters: &Emitters) -> Walks<'a> {
         let transports = scene.transports(transport);
         let opaque = nothing_passes(transports.iter().map(|t| t.tau));
         Walks { scene, rays, transports, sources: WalkSources::new(scene, emitters), opaque }
@@ -196,22 +212,46 @@ impl<'a> Walks<'a> {
         let Some(start) = self.sources.start(random) else { return };
         let own = &mut sums[start.emitter * count..][..count];
         let Some((first, rest)) = own.split_first_mut() else { return };
-        let arrived = self.arrive(&start.ray, hits, |hit| start.power(f64::from(hit.t)), first, random);
+        let power = |hit: &Hit| start.power(f64::from(hit.t));
+        let arrived = self.arrive(&start.ray, hits, power, random, |_, seen, passed| first.add(seen, passed));
         let Some((mut ray, mut weight)) = arrived else { return };
         for sum in rest {
-            let Some((next, carried)) = self.arrive(&ray, hits, |_| weight, sum, random) else { return };
+            let next = self.arrive(&ray, hits, |_| weight, random, |_, seen, passed| sum.add(seen, passed));
+            let Some((next, carried)) = next else { return };
             (ray, weight) = (next, carried);
         }
     }
 
-    /// Adds what arrives at the surfaces crossed, and draws the one that the walk continues from.
+    /// Follows one walk through at most so many `terms`; `meet` is given what it reflects at each surface it crosses.
+    /// Where it would carry less it ends by chance and carries as much.
+    pub(crate) fn follow(&self, random: &mut Stream, terms: usize, hits: &mut Vec<Hit>, mut meet: impl FnMut(&Met)) {
+        let Some(start) = self.sources.start(random) else { return };
+        let (mut ray, mut carried) = (start.ray, None);
+        for _ in 0..terms {
+            let weight = |hit: &Hit| carried.unwrap_or_else(|| start.power(f64::from(hit.t)));
+            let mut arrived = 0.0_f64;
+            let next = self.arrive(&ray, hits, weight, random, |hit, reflected, _| {
+                arrived = arrived.max(weight(hit).element_sum());
+                meet(&Met { position: ray.at(hit.t), face: hit.face, side: hit.side, reflected });
+            });
+            let Some((next, passed)) = next else { return };
+            let survival = (passed.element_sum() / arrived).min(1.0);
+            if f64::from(random.uniform()) >= survival {
+                return;
+            }
+            (ray, carried) = (next, Some(passed / survival));
+        }
+    }
+
+    /// Calls `add` with each surface crossed, what it reflects and what of that travels on, and draws the one that the
+    /// walk continues from.
     fn arrive(
         &self,
         ray: &Ray,
         hits: &mut Vec<Hit>,
         weight: impl Fn(&Hit) -> DVec3,
-        sum: &mut TermPower,
         random: &mut Stream,
+        mut add: impl FnMut(&Hit, DVec3, DVec3),
     ) -> Option<(Ray, DVec3)> {
         let mut chosen: Option<(Hit, DVec3, f64)> = None;
         let mut total = 0.0;
@@ -223,8 +263,7 @@ impl<'a> Walks<'a> {
                 let (rho, own) = self.reflects(ray, hit);
                 let seen = weight(hit) * through * rho;
                 let passed = seen * f64::from(own.alpha);
-                sum.visible += seen;
-                sum.invisible += passed;
+                add(hit, seen, passed);
                 // Reservoir sampling of one crossing.
                 let share = passed.element_sum();
                 total += share;

@@ -1,11 +1,12 @@
 //! Errors of the light on patches, measured without patches: the residual of the equation along paths from the camera,
-//! its squared sum over sampled pixels, and walks of light from the emitters.
+//! its squared sum over sampled pixels, and walks of light from the emitters, to surfaces and on to the camera.
 //!
 //! Not handled: errors of the gather pass, which it estimates itself with `halves::Halves`; what is done about an
 //! error, which is up to [`crate::render`].
 
 pub(crate) mod halves;
 pub(crate) mod importance_paths;
+pub(crate) mod light_tracing;
 pub(crate) mod light_walks;
 pub(crate) mod reading_distance;
 pub(crate) mod residual;

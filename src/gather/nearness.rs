@@ -7,8 +7,7 @@
 //! of the other in three rooms at 1 and 2 %.
 
 use crate::form_factors::Progress;
-use crate::gather::pixels::adaptive_sampling::EDGES;
-use crate::gather::records::record_rays::RATE;
+use crate::gather::sampling::{EDGES, RATE};
 
 /// How near work to a tolerance is to it.
 #[derive(Clone, Copy, Debug)]

@@ -6,6 +6,11 @@ use std::time::Instant;
 
 use crate::pictures::Size;
 
+/// The variance of a pixel with an edge falls as this power of its rays, which are scrambled nets.
+pub(crate) const EDGES: f64 = 1.5;
+/// That of records falls as this power of their hemisphere rays.
+pub(crate) const RATE: f64 = 1.4;
+
 /// How many rays every pixel gets.
 #[derive(Clone, Copy, Debug)]
 pub struct GatherSampling {

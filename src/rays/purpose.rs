@@ -27,6 +27,8 @@ pub enum Purpose {
     BrightPatches(u32),
     /// Walks of light from the emitters.
     Walks,
+    /// Walks of light that are seen by the camera.
+    LightTracing,
     /// Points on luminaires for the texels of pages.
     Texels,
     /// Paths that tell which texels of a page are reached.
@@ -61,6 +63,7 @@ impl Purpose {
             Purpose::Paths(set) => set.wrapping_mul(0x85eb_ca6b),
             Purpose::BrightPatches(round) => 0x2c1b_3c6d_u32.wrapping_add(round.wrapping_mul(0x0101_0000)),
             Purpose::Walks => 0x6c77_616c,
+            Purpose::LightTracing => 0x7472_6163,
             Purpose::Texels => 0x3f84_d5b5,
             Purpose::Reached => 0x9d2c_5680,
             Purpose::CellRows => 0xefc6_0000,
@@ -84,6 +87,7 @@ mod tests {
             Purpose::Validation,
             Purpose::SampledPixels,
             Purpose::Walks,
+            Purpose::LightTracing,
             Purpose::TracedReference,
             Purpose::SolvedReference,
         ];

@@ -48,7 +48,7 @@ pub(crate) fn render_by_deadline(first: &Discretization, task: &Task) -> Result<
         let found = better(best.take(), found);
         let Some(tolerance) = next else {
             let short = coarser || goal.is_late();
-            return Ok(Rendered { ended: if short { Ended::ByTime } else { Ended::ByItself }, ..found });
+            return Ok(Rendered { ended: if short { Ended::ByTime } else { found.ended }, ..found });
         };
         now.tolerance = tolerance;
         best = Some(found);

@@ -3,6 +3,7 @@
 use std::fmt::{self, Display, Formatter};
 use std::path::Path;
 
+use crate::error::light_tracing::AtLeast;
 use crate::form_factors::RowSums;
 use crate::gather::Gathered;
 use crate::operator::Bounds;
@@ -47,6 +48,8 @@ pub enum Ended {
     ByItself,
     /// The time was over, or what was left of it was too short for more.
     ByTime,
+    /// As [`Ended::ByItself`], but walks of light show another picture.
+    Contradicted,
 }
 
 /// Whether the light on patches is returned with a picture.
@@ -129,6 +132,20 @@ impl Rendered {
         self.sees > 0.0 && self.picture.pixels.iter().all(dark)
     }
 
+    /// States an error that walks of light show where it is certain and more than is stated; `signal` is the RMS of the
+    /// picture.
+    pub(crate) fn contradict(&mut self, least: AtLeast, signal: f64) {
+        let of = |squared: f64| if signal > 0.0 { squared.sqrt() / signal } else { f64::from(u8::from(squared > 0.0)) };
+        if of(least.certain()) <= self.error.total {
+            return;
+        }
+        let ErrorParts { form_factors, truncation, gather, .. } = self.error;
+        let others = form_factors.powi(2) + truncation.powi(2) + gather.powi(2);
+        self.error.patches = (of(least.squared).powi(2) - others).max(0.0).sqrt();
+        self.error = self.error.sum();
+        self.ended = Ended::Contradicted;
+    }
+
     /// Why a picture's estimated error is above its tolerance; none where it is not.
     pub fn unmet(&self, tolerance: f64) -> Option<Unmet> {
         let error = self.error;
@@ -138,6 +155,7 @@ impl Rendered {
         let why = match self.ended {
             _ if self.is_black() => Shortfall::Unseen,
             _ if error.total >= 1.0 => Shortfall::Unknown,
+            Ended::Contradicted => Shortfall::Contradicted,
             Ended::ByTime => Shortfall::Time,
             Ended::ByItself => Shortfall::Effort,
         };
@@ -188,6 +206,8 @@ pub enum Shortfall {
     Unseen,
     /// Few rays find the ways by which most of the light comes, so the error is not known.
     Unknown,
+    /// Walks of light from what emits bring other light to the picture than it shows.
+    Contradicted,
     /// The time was over.
     Time,
     /// More effort lessened it too little.
@@ -223,6 +243,15 @@ impl Display for Unmet {
                 return write!(
                     f,
                     "the error is not known: most of the light comes by ways that few rays find ({name})"
+                );
+            }
+            Shortfall::Contradicted => {
+                return write!(
+                    f,
+                    "estimated error {:.2} %, more than the {:.2} % asked for: walks of light from what emits bring other \
+                     light to the picture than it shows",
+                    100.0 * error.total,
+                    100.0 * tolerance,
                 );
             }
             Shortfall::Time => "when the time was over",

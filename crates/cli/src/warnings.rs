@@ -139,7 +139,7 @@ pub(crate) fn warn_of_error(console: &Console, transport: Transport, found: &Ren
 /// Why an error is above its tolerance, and what helps.
 pub(crate) fn words_of(unmet: &Unmet) -> String {
     let helps = match unmet.why {
-        Shortfall::Unseen | Shortfall::Unknown => "",
+        Shortfall::Unseen | Shortfall::Unknown | Shortfall::Contradicted => "",
         Shortfall::Time => "; a longer --time helps",
         Shortfall::Effort => "; a larger --size leaves less to bend within a pixel",
     };

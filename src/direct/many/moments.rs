@@ -9,11 +9,10 @@
 //!
 //! therefore have an error of third order in the node's extent over its distance, however its normals vary. A point at
 //! the centroid, two on each principal axis and two between each pair of axes have enough weights for that, with a
-//! vector of each for every channel, so that this holds for every channel. Where all normals are equal, and the
-//! channels have equal second moments, the vectors are parallel, and up to six points are enough.
+//! vector of each for every channel, so that this holds for every channel.
 //!
-//! Worth: a room under 324 luminaires of two colours at 2 % takes 1.2 to 1.3 times the CPU seconds without the form for
-//! equal normals (git log).
+//! Worth: rooms under 324 luminaires of two colours take 1.3 and 1.5 times the CPU seconds without at 5 and 2 %, under 36
+//! as many with as without.
 //!
 //! Not handled: occlusion; luminaires that face away from the receiver and points below its horizon, where
 //! [`crate::direct::many::light_cut`] takes parts of the node.
@@ -25,17 +24,9 @@ use glam::{DMat3, DVec3};
 use crate::direct::emitters::emission_tree::EmissionMoments;
 use crate::direct::emitters::luminaire::Luminaire;
 
-/// Normals are alike where their mean is shorter than 1 by less: they vary by 5e-5 then, and the kernel by less.
-const ALIKE: f64 = 1e-9;
-/// Channels lie alike where their second moments, each over its power, differ by no more than this share of the
-/// variance.
-const SAME: f64 = 1e-6;
-
 /// Sums over the area of luminaires, weighted by radiance.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sums {
-    /// Power by channel over pi.
-    power: DVec3,
     /// Mean of the channels' power.
     pub weight: f64,
     /// Centroid times `weight`.
@@ -48,20 +39,13 @@ pub(crate) struct Sums {
     mixed: [DMat3; 3],
     /// Second moments about the origin weighted by each component of the normal, of every channel.
     turned: [[DMat3; 3]; 3],
-    /// Second moments about the origin of every channel.
-    seconds: [DMat3; 3],
     /// Normals, weighted like `weight`.
     pub normal: DVec3,
 }
 
-/// Points that represent a node.
+/// Points that represent a node, with area vectors by channel.
 #[derive(Clone, Debug)]
-pub(crate) enum Moments {
-    /// Powers by channel, and the normal that all share.
-    Alike(Vec<(DVec3, DVec3)>, DVec3),
-    /// Area vectors by channel.
-    Turned(Vec<(DVec3, [DVec3; 3])>),
-}
+pub(crate) struct Moments(Vec<(DVec3, [DVec3; 3])>);
 
 /// `a (x) b`, whose column j is `a b_j`.
 fn outer(a: DVec3, b: DVec3) -> DMat3 {
@@ -73,14 +57,12 @@ impl Sums {
         let radiance = luminaire.radiance.as_dvec3();
         // Not the default: a matrix's is one.
         let mut sums = Sums {
-            power: DVec3::ZERO,
             weight: 0.0,
             first: DVec3::ZERO,
             second: DMat3::ZERO,
             normals: [DVec3::ZERO; 3],
             mixed: [DMat3::ZERO; 3],
             turned: [[DMat3::ZERO; 3]; 3],
-            seconds: [DMat3::ZERO; 3],
             normal: DVec3::ZERO,
         };
         for (k, [a, b, c]) in luminaire.triangles().enumerate() {
@@ -95,7 +77,6 @@ impl Sums {
             let m = cross.normalize_or_zero();
             let corners = outer(a, a) + outer(b, b) + outer(c, c);
             let second = (corners + outer(s, s)) * (1.0 / 12.0);
-            sums.power += power;
             sums.weight += weight;
             sums.first += weight * s / 3.0;
             sums.normal += weight * m;
@@ -122,7 +103,6 @@ impl Sums {
             let [uu, vv, uv] = second.map(|of| all[k] * of[k]);
             let about_middle = outer(u, u) * uu + outer(v, v) * vv + (outer(u, v) + outer(v, u)) * uv;
             let about_origin = about_middle + outer(first, middle) + outer(middle, dipole);
-            self.power[k] += power;
             self.normals[k] += power * m;
             self.mixed[k] += outer(m, first);
             self.weight += power / 3.0;
@@ -135,12 +115,10 @@ impl Sums {
     /// Adds second moments about the origin of channel k, of a triangle with unit normal m.
     fn add_second(&mut self, k: usize, second: DMat3, m: DVec3) {
         self.second += second * (1.0 / 3.0);
-        self.seconds[k] += second;
         self.turned[k].iter_mut().zip(m.to_array()).for_each(|(turned, m)| *turned += second * m);
     }
 
     pub(crate) fn add(mut self, other: &Sums) -> Sums {
-        self.power += other.power;
         self.weight += other.weight;
         self.first += other.first;
         self.second += other.second;
@@ -148,7 +126,6 @@ impl Sums {
         for k in 0..3 {
             self.normals[k] += other.normals[k];
             self.mixed[k] += other.mixed[k];
-            self.seconds[k] += other.seconds[k];
             (0..3).for_each(|l| self.turned[k][l] += other.turned[k][l]);
         }
         self
@@ -157,31 +134,15 @@ impl Sums {
     /// Points along the principal axes of the covariance.
     pub(crate) fn moments(&self) -> Moments {
         if self.weight <= 0.0 {
-            return Moments::Turned(Vec::new());
+            return Moments(Vec::new());
         }
-        let axes = self.axes();
-        let normal = self.normal / self.weight;
-        if normal.length() > 1.0 - ALIKE && self.channels_lie_alike() {
-            Moments::Alike(self.powers(&axes, normal), normal)
-        } else {
-            Moments::Turned(self.vectors(&axes))
-        }
+        Moments(self.vectors(&self.axes()))
     }
 
     /// Covariance of the mean of the channels.
     fn covariance(&self) -> DMat3 {
         let mean = self.first / self.weight;
         self.second * (1.0 / self.weight) - outer(mean, mean)
-    }
-
-    /// Whether the second moments of every channel are those of the mean, each over its power. Their centroids may
-    /// differ.
-    fn channels_lie_alike(&self) -> bool {
-        let mean = self.second * (1.0 / self.weight);
-        let spread = self.covariance();
-        let most = SAME * (spread.x_axis.x + spread.y_axis.y + spread.z_axis.z);
-        let off = |k: usize| (self.seconds[k] - mean * self.power[k]).to_cols_array().map(f64::abs);
-        (0..3).all(|k| off(k).into_iter().all(|off| off <= most * self.power[k]))
     }
 
     /// Principal axes of the covariance, each as long as the root of so many times its variance.
@@ -197,23 +158,6 @@ impl Sums {
             unit * (count * eigen.eigenvalues[k]).sqrt()
         };
         kept.map(axis).collect()
-    }
-
-    /// Two points on each axis, with the power, centroid and covariance; each channel's powers tilt to its own
-    /// centroid.
-    fn powers(&self, axes: &[DVec3], normal: DVec3) -> Vec<(DVec3, DVec3)> {
-        let mean = self.first / self.weight;
-        let count = axes.len() as f64;
-        let pair = |axis: &DVec3| {
-            let offset = |c: usize| {
-                let first = self.mixed[c].transpose() * normal;
-                (first - self.power[c] * mean).dot(*axis)
-            };
-            let tilt = DVec3::new(offset(0), offset(1), offset(2)) / (2.0 * axis.length_squared());
-            let even = self.power / (2.0 * count);
-            [(mean + *axis, even + tilt), (mean - *axis, even - tilt)]
-        };
-        axes.iter().flat_map(pair).collect()
     }
 
     /// Area vectors at the centroid, on the axes and between them, with the moments of the module's head.
@@ -267,27 +211,12 @@ fn places(axes: &[DVec3]) -> Vec<DVec3> {
 impl Moments {
     /// `sum of F L` at a point with unit normal n without occlusion.
     pub(crate) fn light(&self, x: DVec3, n: DVec3) -> DVec3 {
-        let over = |d: DVec3| {
-            let square = d.length_squared().max(1e-30);
-            1.0 / (square * square)
+        let kernel = |(y, vectors): &(DVec3, [DVec3; 3])| {
+            let d = *y - x;
+            let arriving = DVec3::from_array(vectors.map(|w| -d.dot(w)));
+            arriving * (d.dot(n) / d.length_squared().max(1e-30).powi(2))
         };
-        let sum: DVec3 = match self {
-            Moments::Alike(points, normal) => {
-                let kernel = |&(y, power): &(DVec3, DVec3)| {
-                    let d = y - x;
-                    power * (d.dot(n).max(0.0) * (-d.dot(*normal)).max(0.0) * over(d))
-                };
-                points.iter().map(kernel).sum()
-            }
-            Moments::Turned(points) => {
-                let kernel = |(y, vectors): &(DVec3, [DVec3; 3])| {
-                    let d = *y - x;
-                    let arriving = DVec3::from_array(vectors.map(|w| -d.dot(w)));
-                    arriving * (d.dot(n) * over(d))
-                };
-                points.iter().map(kernel).sum()
-            }
-        };
+        let sum: DVec3 = self.0.iter().map(kernel).sum();
         // Single vectors may have negative light; their sum has none far away.
         sum.max(DVec3::ZERO) / PI
     }

@@ -31,9 +31,8 @@ use crate::gather::pixels::outlines::measure_outlines;
 use crate::gather::pixels::pixel::Pixel;
 use crate::gather::pixels::small_faces::find_small_faces;
 
-/// The variance of a pixel with an edge falls as this power of its rays, which are scrambled nets.
-pub(crate) const EDGES: f64 = 1.5;
-/// Share of the variance left after doubling the rays of a pixel with an edge: 2 to the power -[`EDGES`].
+/// Share of the variance left after doubling the rays of a pixel with an edge: 2 to the power
+/// -[`EDGES`](crate::gather::sampling::EDGES).
 const DOUBLED: f64 = 0.354;
 /// Camera rays of a half at most.
 const MOST_RAYS: u32 = 1 << 16;

@@ -9,13 +9,12 @@ use crate::error::halves::Halves;
 use crate::gather::pixels::pixel::Pixel;
 use crate::gather::records::interpolation::Fit;
 use crate::gather::records::irradiance_cache::IrradianceCache;
+use crate::gather::sampling::RATE;
 
 /// Rays of a half at most.
 const MOST_RAYS: f64 = 16_384.0;
 /// Spacings within which records are alike in noise.
 const NEAR: f64 = 2.5;
-/// The variance of scrambled nets falls as this power of the number of rays here.
-pub(crate) const RATE: f64 = 1.4;
 /// How many times as many rays one round casts, at least and at most.
 const GROWTH: [f64; 2] = [1.1, 8.0];
 /// Halvings of the levels to choose from.

@@ -11,8 +11,7 @@
 //! Not handled: rays that interpolation between records saves.
 
 use crate::gather::GatherError;
-use crate::gather::pixels::adaptive_sampling::EDGES;
-use crate::gather::records::record_rays::RATE;
+use crate::gather::sampling::{EDGES, RATE};
 use crate::light::budget::{CAMERA, FIT_SQUARED, LIGHT, left};
 use crate::render::goal::PictureGoal;
 use crate::render::search::solved::{ROUGH_RAYS, Rough};

@@ -29,11 +29,12 @@ use crate::render::goal::{PictureGoal, Spent, timed};
 use crate::render::memory::Held;
 use crate::render::pilot::fewer;
 use crate::render::rendered::Rendered;
+use crate::render::search::both_sides::least_error;
 use crate::render::search::division::Division;
 use crate::render::search::nearing_light::{NearingPicture, near_light};
 use crate::render::search::residual_check::{Check, Finding};
 use crate::render::search::solved::{Next, Rough, Solved, Task, half_of, patches_for};
-use crate::scene::Material;
+use crate::scene::{Material, PunctualLight};
 use crate::solve::Diverges;
 
 /// Patches, and rays a patch, at most.
@@ -72,9 +73,15 @@ pub(crate) fn render_to_tolerance(first: &Discretization, task: &Task) -> Result
     let gather = || render(&solved.mode.lights, &fields, &GatherPass::new(goal.size, within), watch);
     let (gathered, seconds) = timed(gather);
     spent.seconds.gather += seconds;
+    let ((least, cast), seconds) = timed(|| least_error(&solved, &gathered, goal, spent.rays + gathered.rays));
+    spent.seconds.gather += seconds;
+    spent.rays += cast;
     let gathered = if step > 1 { gathered.averaged(step) } else { gathered };
-    let lit = solved.mode.scene().materials.iter().any(Material::emits);
+    let scene = solved.mode.scene();
+    let lit = scene.materials.iter().any(Material::emits) || scene.lights.iter().any(PunctualLight::shines);
+    let signal = gathered.error.signal;
     let mut rendered = Rendered { emitters, ..solved.finish(gathered, spent) };
+    rendered.contradict(least, signal);
     if lit && rendered.is_black() {
         // Light that no ray found is no proof that there is none.
         rendered.error.gather = 1.0;

@@ -236,6 +236,11 @@ impl Solved {
         self.mode.patches()
     }
 
+    /// The terms of its series.
+    pub(crate) fn terms(&self) -> usize {
+        self.solution.terms.len()
+    }
+
     /// The view of a small picture.
     pub(crate) fn rough_view(&self, goal: &PictureGoal) -> View<'_> {
         View::new(&self.mode.lights, rough_size(goal.size))

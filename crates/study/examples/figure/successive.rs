@@ -1,9 +1,9 @@
 //! Successive approximation: the bounce series of every mode in pictures.
 //!
 //! The terms E, KE, K²E, ... of each mode stand in a row, and under each the sum up to it; the last column has all
-//! later terms together, and L; E is left out where it is black. Sums share one exposure; terms after KE are brightened by powers of two to about the
-//! brightness of KE, and say so. Modes whose series diverges have no L and no rows: the caption names them. Not
-//! handled: errors; the effort is given.
+//! later terms together, and L; E is left out where it is black. Sums share one exposure; terms after KE are brightened
+//! by powers of two to about the brightness of KE, and say so. Modes whose series diverges have no L and no rows: the
+//! caption names them. Not handled: errors; the effort is given.
 
 use crate::common::{Failure, too_large};
 use crate::page::{PageSettings, exposure_for, exposure_words};
