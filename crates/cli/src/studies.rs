@@ -315,10 +315,6 @@ impl Run<'_> {
         }
         console.say("  method          seconds     asked  estimated   reached  effort");
         let percent = |v: Option<f64>| v.map_or("-".into(), |v| format!("{:.3} %", 100.0 * v));
-        let reached = |r: &Reached| match r.error {
-            0.0 => format!("< {:.2} %", 100.0 * r.high),
-            error => percent(Some(error)),
-        };
         for p in m.points() {
             console.say(format!(
                 "  {:<14} {:>8.3} {:>9} {:>10} {:>9}  {}",
@@ -363,6 +359,14 @@ impl Run<'_> {
     }
 }
 
+/// The error that a picture reached; where the reference's noise leaves nothing of it what it is below.
+fn reached(found: &Reached) -> String {
+    match found.error {
+        0.0 => format!("< {:.2} %", 100.0 * found.high),
+        error => format!("{:.3} %", 100.0 * error),
+    }
+}
+
 fn described(truth: &Truth) -> String {
     let made = &truth.made;
     let error = match made.error {
@@ -370,4 +374,15 @@ fn described(truth: &Truth) -> String {
         None => "own error unknown".into(),
     };
     format!("{}, {} ({error})", made.by, made.effort)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_error_is_said_to_be_none() {
+        let found = |error: f64| Reached { error, low: 0.0, high: 0.0094 };
+        assert_eq!([reached(&found(0.0)), reached(&found(0.00612))], ["< 0.94 %", "0.612 %"]);
+    }
 }

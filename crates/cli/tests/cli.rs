@@ -398,8 +398,20 @@ fn help_names_the_commands_the_exit_codes_and_examples() {
         assert!(ran.out.contains(part), "{part}");
     }
     let ran = succeed(&place, "render --help");
-    for part in ["--mode", "--alpha", "--two-sided", ".exr", "cornell-box"] {
+    for part in ["--mode", "--alpha", "--two-sided", ".exr", "cornell-box", "docs/commands.md"] {
         assert!(ran.out.contains(part), "{part}");
+    }
+    // In groups, each with what belongs to it.
+    let of = |heading: &str| ran.out.split(&format!("\n{heading}:\n")).nth(1).unwrap_or_else(|| panic!("{heading}"));
+    for (heading, option) in [
+        ("Scene", "--two-sided"),
+        ("Accuracy", "--tolerance"),
+        ("Picture", "--size"),
+        ("Light at points", "--lux"),
+        ("Keep", "--save"),
+    ] {
+        let own = of(heading).split("\n\n").take_while(|block| block.starts_with(' ')).collect::<String>();
+        assert!(own.contains(option), "{option} is not under {heading}: {own}");
     }
     // Without a command: the help, and the exit code of wrong arguments.
     let ran = halflight(&place, "");

@@ -195,6 +195,10 @@ mod tests {
         assert_eq!(shapes, [vec![5; 5], vec![9; 2]]);
         let lit = |page: &Page| page.rows.iter().flat_map(|r| &r.cells).all(|c| matches!(c.shown, Shown::Image(_)));
         assert!(lit(&grid) && lit(&strip));
+        // As the map: alpha to the right, tau upwards.
+        let corner = |row: usize, column: usize| &grid.rows[row].cells[column];
+        assert_eq!([corner(4, 4).below.as_str(), corner(4, 0).below.as_str()], ["global", "one-bounce"]);
+        assert_eq!([&corner(0, 4).above.note[..], &corner(0, 0).above.note[..]], ["shadowless", "local"]);
         let ends = |row: &PageRow| [0, 8].map(|k| row.cells[k].above.name.clone());
         assert_eq!(ends(&strip.rows[0]), ["global", "local"]);
         assert_eq!(ends(&strip.rows[1]), ["one-bounce", "shadowless"]);
