@@ -201,14 +201,15 @@ def indices(name: str, value: Any, shape: Sequence[int | str], most: int, what: 
 
 def triple(name: str, value: Any, least: float = -math.inf, most: float = math.inf) -> list[float]:
     """Three numbers; one number stands for three where it is a colour."""
+    given = value
     if not isinstance(value, (bool, str, bytes)) and np.ndim(value) == 0 and np.asarray(value).dtype.kind in "fiu":
-        value = np.full(3, value)
+        given = np.full(3, value)
     elif np.ndim(value) == 0:
         raise TypeError(f"{name} must be one number or three, not {_shown(value)}")
-    numbers = array(name, value, (3,))
+    numbers = array(name, given, (3,))
     outside = (numbers < least) | (numbers > most)
     if outside.any():
-        limits = f"from {least:g} to {most:g}" if most < math.inf else f"{least:g} or more"
+        limits = f"from {least:g} to {most:g}" if most < 1e38 or numbers.max() > most else f"{least:g} or more"
         raise ValueError(f"{name} must be {limits}, not {_shown(value)}")
     return [float(x) for x in numbers]
 

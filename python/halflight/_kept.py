@@ -24,7 +24,7 @@ class Kept:
     fineness: tuple[int, int]
     seed: int
     luminaires: bool
-    closure: tuple[float, float, float] | None
+    row_sums: tuple[float, float, float] | None
     indptr: npt.NDArray[np.int64]
     indices: npt.NDArray[np.int32]
     data: Float32
@@ -34,7 +34,7 @@ def kept(system: _native.System) -> Kept:
     """What an equation is made of."""
     indices, data = system.factors()
     mode, fineness, seed, luminaires = system.recipe()
-    return Kept(mode, fineness, seed, luminaires, system.closure(), system.starts(), indices.view(np.int32), data)
+    return Kept(mode, fineness, seed, luminaires, system.row_sums(), system.starts(), indices.view(np.int32), data)
 
 
 def assembled_again(scene: _native.Scene, own: Kept) -> _native.System:

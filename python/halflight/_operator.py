@@ -26,6 +26,9 @@ except ImportError:
     class LinearOperator:  # type: ignore[no-redef]
         """What K is where SciPy is missing: its products alone."""
 
+        def dot(self, x: Any) -> Any:
+            raise ImportError(f"K times {x!r} is an operator of SciPy: pip install scipy")
+
 
 Float32 = npt.NDArray[np.float32]
 
@@ -158,12 +161,13 @@ class Operator(Fixed, LinearOperator):  # type: ignore[misc]
     def __matmul__(self, x: Any) -> Any:
         """K x, K X of a matrix of columns, or K A of another operator."""
         if isinstance(x, LinearOperator):
-            return super().__matmul__(x)
+            return super().dot(x)
         given = np.asarray(x)
         return self.matmat(given) if given.ndim == 2 and given.shape[1] != 1 else self.matvec(given)
 
-    #: K x, as of numpy's matrices.
-    dot = __matmul__
+    def dot(self, x: Any) -> Any:
+        """``K @ x``, or K times a number, as of numpy's matrices."""
+        return super().dot(x) if np.isscalar(x) else self @ x
 
     def one_minus(self) -> scipy.sparse.linalg.LinearOperator:
         """I - K for SciPy: ``scipy.sparse.linalg.gmres(K.one_minus(), K.first_bounce.ravel())``; needs scipy."""

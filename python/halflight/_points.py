@@ -162,9 +162,11 @@ class Irradiance:
         fixed = {} if given is None else given
         arguments.factors(fixed, list(self.luminaires))
         free = [name for name in self.luminaires if name not in fixed]
+        if not free:
+            return dict(fixed)
         rest = illuminance(self.mix({**dict.fromkeys(free, 0.0), **fixed}))
         asked = ~np.isnan(wanted)
-        lit = np.array([illuminance(self.luminaires[name]) for name in free]).reshape(len(free), -1).T
+        lit = np.array([illuminance(self.luminaires[name]) for name in free]).T
         found = _native.dimmed(np.ascontiguousarray(lit[asked]), list((wanted - rest)[asked])) or []
         return {**fixed, **dict(zip(free, found))}
 

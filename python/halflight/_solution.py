@@ -124,7 +124,7 @@ class Solution(Fixed):
         1 on faces inside of solids, which see nothing, and below 0 where surfaces transmit. ``None`` where no ray was
         needed.
         """
-        sums = self._system.closure()
+        sums = self._system.row_sums()
         return None if sums is None else (1.0 - sums[0], 1.0 - sums[2], 1.0 - sums[1])
 
     def points(

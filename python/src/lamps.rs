@@ -1,5 +1,7 @@
-//! Lamps of other strengths, from light that was kept apart: what a run of the program left, and how far each lamp is to
-//! be dimmed.
+//! Lamps of other strengths, from light that was kept apart: what a run of the program left, and how far each lamp is
+//! to be dimmed.
+//!
+//! Not handled: errors of what is dimmed, which are those of the parts.
 
 use std::path::PathBuf;
 

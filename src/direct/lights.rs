@@ -24,7 +24,7 @@ use crate::surfaces::{Geometry, SurfacePoint};
 const MOST_FACES: usize = 4_000;
 const MOST_FACES_OF_POINTS: usize = 20_000;
 
-/// The luminaires and punctual lights of a scene in one mode, and how they light its patches; a clone shares what is large.
+/// The luminaires and punctual lights of a scene in one mode, and how they light its patches; clones share most of it.
 #[derive(Clone)]
 pub struct Lights {
     /// The scene, its rays and its surfaces.

@@ -1,5 +1,5 @@
-//! The light of lamps as an earlier run left it: the report of `render --per luminaire --json`, with the EXR file that it
-//! names, or an EXR file with layers of lamps alone.
+//! The light of lamps as an earlier run left it: the report of `render --per luminaire --json`, with the EXR file that
+//! it names, or an EXR file with layers of lamps alone.
 //!
 //! Not handled: reports of several modes.
 
@@ -43,7 +43,9 @@ pub enum LampError {
     },
     /// Nothing in it is of single lamps.
     #[error("{} has no light of single lamps", path.display())]
-    #[diagnostic(help("render the scene again: halflight render SCENE --mode MODE --per luminaire --json > report.json"))]
+    #[diagnostic(help(
+        "render the scene again: halflight render SCENE --mode MODE --per luminaire --json > report.json"
+    ))]
     Together {
         /// The file.
         path: PathBuf,
@@ -73,11 +75,8 @@ impl LampLight {
     /// # Errors
     /// A file that cannot be read, is something else, or keeps no lamp apart.
     pub fn open(path: &Path) -> Result<LampLight, LampError> {
-        let lamps = if is_exr(path) {
-            LampLight::new(Vec::new(), Vec::new(), read_layers(path)?)
-        } else {
-            of_report(path)?
-        };
+        let lamps =
+            if is_exr(path) { LampLight::new(Vec::new(), Vec::new(), read_layers(path)?) } else { of_report(path)? };
         if lamps.names().is_empty() { Err(LampError::Together { path: path.to_owned() }) } else { Ok(lamps) }
     }
 }
