@@ -360,10 +360,6 @@ class System:
         """
         Areas, the file's units squared.
         """
-    def closure(self, /) -> tuple[float, float, float] | None:
-        """
-        Mean, least and largest sum of the rows of F before anything was left out.
-        """
     def emission(self, /) -> Incomplete:
         """
         `E`.
@@ -407,6 +403,10 @@ class System:
     def rho(self, /) -> Incomplete:
         """
         Reflectances.
+        """
+    def row_sums(self, /) -> tuple[float, float, float] | None:
+        """
+        Mean, least and largest sum of the rows of F before anything was left out.
         """
     def scene(self, /) -> Scene:
         """
