@@ -43,6 +43,8 @@ class Map(Protocol):
     def frontier(self) -> Float64: ...
     @property
     def variance_frontier(self) -> Float64: ...
+    @property
+    def variance_exact(self) -> bool: ...
 
 
 def _axes(ax: Any, size: tuple[float, float]) -> Any:
@@ -99,9 +101,11 @@ def stability(mapped: Map, ax: Axes | None = None) -> Axes:
     if levels:
         lines = own.contour(mapped.alpha, mapped.tau, middle, levels, colors="white", linewidths=0.7)
         own.clabel(lines, fmt="%.2f", fontsize="x-small")
+    infinite = "to the right: a path tracer's variance is infinite"
+    variance = infinite if mapped.variance_exact else "to the left: a path tracer's variance is finite"
     for points, style, label in [
         (mapped.frontier, "-", "to the right: the series diverges"),
-        (mapped.variance_frontier, "--", "to the right: a path tracer's variance is infinite"),
+        (mapped.variance_frontier, "--", variance),
     ]:
         if len(points):
             own.plot(points[:, 1], points[:, 0], style, color="white", lw=3.2)

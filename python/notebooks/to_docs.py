@@ -1,4 +1,5 @@
-"""Stores the notebooks' pictures in 24 bits, without alpha, and takes those from them that docs/python.md shows.
+"""Stores the notebooks' pictures in 24 bits, without alpha, and takes those from them that docs/python.md shows; leaves
+out of the notebooks when and by which Python they were run.
 
     jupyter nbconvert --to notebook --execute --inplace python/notebooks/*.ipynb
     python python/notebooks/to_docs.py
@@ -41,6 +42,9 @@ def main() -> None:
             if "image/png" in data:
                 pictures.append(opaque(base64.b64decode(data["image/png"])))
                 data["image/png"] = base64.b64encode(pictures[-1]).decode() + "\n"
+        for cell in notebook.cells:
+            cell.metadata.pop("execution", None)
+        notebook.metadata["language_info"] = {"file_extension": ".py", "name": "python"}
         nbformat.write(notebook, path)
         for k in SHOWN[path.name[0]]:
             (DOCS / f"notebook-{path.name[0]}-{k}.png").write_bytes(pictures[k - 1])
