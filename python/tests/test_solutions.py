@@ -210,6 +210,16 @@ def test_factors_against_closed_forms() -> None:
     assert len(between) == between.matrix.shape[0] and between.residual < 1.0
 
 
+def test_closure_means_one_thing(box: hl.Scene, solved: hl.Solution) -> None:
+    # What rows are short of 1, of the same F by both ways.
+    between = hl.patch_factors(box, patches=300, rays=64)
+    own = solved.patches.rho.max(axis=1) > 0
+    short = 1.0 - np.asarray(between.matrix.sum(axis=1)).ravel()[own]
+    assert np.allclose(between.closure[own], short, atol=1e-6)
+    mean = np.average(short, weights=solved.patches.areas[own])
+    assert solved.closure == pytest.approx((mean, short.min(), short.max()), abs=1e-6) and mean > 0.1
+
+
 def test_a_map_has_the_radius_of_its_corners(box: hl.Scene) -> None:
     mapped = hl.stability_map(box, grid=3, patches=300, rays=64)
     assert mapped.lower.shape == (3, 3) and (mapped.lower <= mapped.upper).all()
