@@ -122,3 +122,7 @@ def __getattr__(name: str) -> Any:
 
         return Operator
     raise AttributeError(f"module 'halflight' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
