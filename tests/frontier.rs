@@ -83,7 +83,7 @@ fn the_count_of_terms_is_that_of_a_geometric_series() {
     let mut wall = grey("wall", 1.0);
     wall.emission = Rgb::ONE;
     let p = Solver::new(&mesh.scene(vec![wall])).cut(54);
-    let settings = Settings { tolerance: 1e-4, max_terms: 20_000 };
+    let settings = Settings { max_terms: 20_000, ..Settings::default() };
     for lambda in [0.9f32, 0.99, 0.999] {
         let mode = assemble_one(&p, transport(lambda, 0.0), &sampling(64, 1));
         let solution = neumann(&mode.operator, &settings).expect("below 1");

@@ -171,6 +171,20 @@ fn left_after(k: &Operator, terms: &[Vec<Light>]) -> Vec<Vec<Light>> {
     left
 }
 
+/// Terms that are not kept are in L, in the figures, in the bound on the rest, and in the sum of later ones.
+#[test]
+fn terms_that_are_not_kept_change_nothing_else() {
+    let k = operator(3, 120, 0.7, 4, transport(1.0, 0.0));
+    let settings = Settings::default();
+    let whole = neumann(&k, &settings).expect("it converges");
+    let few = neumann(&k, &Settings { keep: 3, ..settings }).expect("it converges");
+    assert!(few.terms == whole.terms[..3] && whole.terms.len() > 10 && whole.later.is_empty());
+    assert!(few.light == whole.light && few.bounces == whole.bounces && few.left == whole.left);
+    let later = left_after(&k, &whole.terms)[2].iter().map(|l| l.visible.element_sum()).sum::<f32>();
+    let summed = few.later.iter().map(|l| l.visible.element_sum()).sum::<f32>();
+    assert!((summed - later).abs() < 1e-5 * later, "{summed} {later}");
+}
+
 /// The backs of the walls receive nothing that travels, and the vector that proves the radius is next to nothing there.
 #[test]
 fn bounds_say_something_where_some_patches_see_almost_nothing() {

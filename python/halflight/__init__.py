@@ -5,13 +5,14 @@ Light is a pair: an invisible half that travels, and a visible half that only th
 shadowless, one-bounce and local illumination, and everything between.
 
 ======================================  =================================================================
-:func:`load`, :class:`Scene`            a scene, from files or from arrays
+:func:`load`, :class:`Scene`            a scene, from files or from arrays; :meth:`Scene.from_objects`
 :func:`render`, :func:`trace`           its picture, to a stated error; the same by path tracing
 :func:`solve`                           L on patches with every bounce apart, and K for SciPy's solvers
 :func:`bounces`                         powers of the terms to a tolerance
 :func:`points`                          irradiance and illuminance at points
 :func:`factors`, :func:`patch_factors`  form factors between objects, and between patches
 :func:`stability_map`                   where the series converges, over the (alpha, tau) square
+:func:`relight`, :func:`explore`        lamps of other strengths without a ray; a page to play with
 :func:`open`                            what :meth:`Solution.save` kept
 ======================================  =================================================================
 
@@ -19,6 +20,10 @@ Lengths are in the scene's units, radiances in W/(m² sr), irradiances in W/m²,
 (..., 2, 3): invisible and visible half; red, green, blue.
 """
 
+from typing import TYPE_CHECKING, Any
+
+from halflight._bounces import Bounce, Bounces
+from halflight._camera import Camera
 from halflight._errors import (
     Diverges,
     DoesNotFit,
@@ -28,16 +33,28 @@ from halflight._errors import (
     SceneWarning,
     ToleranceWarning,
 )
+from halflight._explore import Page, explore
 from halflight._factors import Factors, PatchFactors, factors, patch_factors
 from halflight._figures import plot_bounces, plot_map, to_pyvista
+from halflight._images import exposure, read_picture, save_picture, srgb
+from halflight._lamps import Lamps
+from halflight._lights import PointLight, SpotLight, SunLight
 from halflight._map import StabilityMap, stability_map
+from halflight._materials import Material, Texture
+from halflight._meshes import Mesh, box, quad
 from halflight._native import __version__
-from halflight._operator import Operator, Patches
-from halflight._picture import Errors, Picture, Seconds, read_picture, render, save_picture, trace
+from halflight._patches import Patches
+from halflight._picture import Errors, Picture, Rendered, Seconds
 from halflight._points import Irradiance, lux, points
-from halflight._scene import Camera, Material, Scene, cornell_box, load, scenes
-from halflight._solution import Bounce, Bounces, Lamps, Solution, bounces, solve
-from halflight._solution import open as open
+from halflight._relight import Relit, relight
+from halflight._render import render, trace
+from halflight._scene import Scene, cornell_box, load, scenes
+from halflight._solution import Solution
+from halflight._solve import bounces, solve
+from halflight._solve import open as open
+
+if TYPE_CHECKING:
+    from halflight._operator import Operator
 
 __all__ = [
     "Bounce",
@@ -52,20 +69,31 @@ __all__ = [
     "Irradiance",
     "Lamps",
     "Material",
+    "Mesh",
     "Operator",
+    "Page",
     "PatchFactors",
     "Patches",
     "Picture",
+    "PointLight",
+    "Relit",
+    "Rendered",
     "Scene",
     "SceneError",
     "SceneWarning",
     "Seconds",
     "Solution",
+    "SpotLight",
     "StabilityMap",
+    "SunLight",
+    "Texture",
     "ToleranceWarning",
     "__version__",
     "bounces",
+    "box",
     "cornell_box",
+    "explore",
+    "exposure",
     "factors",
     "load",
     "lux",
@@ -73,12 +101,28 @@ __all__ = [
     "plot_bounces",
     "plot_map",
     "points",
+    "quad",
     "read_picture",
+    "relight",
     "render",
     "save_picture",
     "scenes",
     "solve",
+    "srgb",
     "stability_map",
     "to_pyvista",
     "trace",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    # Its file imports SciPy, which takes longer than all else.
+    if name == "Operator":
+        from halflight._operator import Operator
+
+        return Operator
+    raise AttributeError(f"module 'halflight' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

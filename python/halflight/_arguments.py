@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import operator
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -50,6 +50,14 @@ class Effort:
     time: float | None
     patches: int
     rays: int
+    samples: int
+
+
+@dataclass(frozen=True)
+class Pixels:
+    """A picture's width and height, and hemisphere rays for each pixel, as the native module takes them."""
+
+    size: tuple[int, int]
     samples: int
 
 
@@ -193,16 +201,37 @@ def indices(name: str, value: Any, shape: Sequence[int | str], most: int, what: 
 
 def triple(name: str, value: Any, least: float = -math.inf, most: float = math.inf) -> list[float]:
     """Three numbers; one number stands for three where it is a colour."""
+    given = value
     if not isinstance(value, (bool, str, bytes)) and np.ndim(value) == 0 and np.asarray(value).dtype.kind in "fiu":
-        value = np.full(3, value)
+        given = np.full(3, value)
     elif np.ndim(value) == 0:
         raise TypeError(f"{name} must be one number or three, not {_shown(value)}")
-    numbers = array(name, value, (3,))
+    numbers = array(name, given, (3,))
     outside = (numbers < least) | (numbers > most)
     if outside.any():
-        limits = f"from {least:g} to {most:g}" if most < math.inf else f"{least:g} or more"
+        limits = f"from {least:g} to {most:g}" if most < 1e38 or numbers.max() > most else f"{least:g} or more"
         raise ValueError(f"{name} must be {limits}, not {_shown(value)}")
     return [float(x) for x in numbers]
+
+
+def sequence(name: str, value: Any) -> list[Any]:
+    """A sequence that is no text, as a list."""
+    if isinstance(value, (str, bytes)):
+        raise TypeError(f"{name} must be a sequence, not {_shown(value)}")
+    try:
+        return list(value)
+    except TypeError:
+        raise TypeError(f"{name} must be a sequence, not {_shown(value)}") from None
+
+
+def list_of(name: str, value: Any, kinds: type | tuple[type, ...]) -> list[Any]:
+    """A sequence of objects of some classes, as a list."""
+    found = sequence(name, value)
+    words = " or ".join(kind.__name__ for kind in (kinds if isinstance(kinds, tuple) else (kinds,)))
+    for k, one in enumerate(found):
+        if not isinstance(one, kinds):
+            raise TypeError(f"{name}[{k}] must be a {words}, not {_shown(one)}")
+    return found
 
 
 def size(value: Any) -> tuple[int, int]:
@@ -238,6 +267,28 @@ def run(seed: Any, memory: Any, progress: Any) -> Run:
 def fineness(patches: Any, rays: Any) -> tuple[int, int]:
     """Numbers of patches and of rays from each."""
     return integer("patches", patches, 1, MOST_PATCHES), integer("rays", rays, 1, MOST_RAYS)
+
+
+def pixels(size_: Any, samples: Any) -> Pixels:
+    """Size and samples of a picture."""
+    return Pixels(size(size_), integer("samples", samples, 1, MOST_RAYS))
+
+
+def exposure(value: Any) -> float | None:
+    """Stops; none where a picture is to be shown by what it shows, ``"auto"``."""
+    if isinstance(value, str):
+        choice("exposure", value, ["auto"])
+        return None
+    return real("exposure", value, -100.0, 100.0)
+
+
+def factors(luminaires: Any, names: Sequence[str]) -> list[list[float]]:
+    """A factor for each channel of each luminaire; 1 where none is given."""
+    if not isinstance(luminaires, Mapping):
+        raise TypeError(f"luminaires must be a mapping of names to factors, not {luminaires!r}")
+    for name in luminaires:
+        choice("the name of a luminaire", name, names)
+    return [triple(f"the factor of {name!r}", luminaires.get(name, 1.0), 0.0) for name in names]
 
 
 def per(value: Any) -> bool:

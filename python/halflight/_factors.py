@@ -13,9 +13,9 @@ import numpy.typing as npt
 from halflight import _arguments as arguments
 from halflight import _native, _show
 from halflight._errors import ToleranceWarning
-from halflight._operator import sparse
-from halflight._picture import of
-from halflight._scene import Scene
+from halflight._fixed import Fixed
+from halflight._patches import sparse
+from halflight._scene import Scene, native_of
 
 if TYPE_CHECKING:
     import pandas
@@ -38,14 +38,14 @@ class Factors:
         ``F_ij``: share of the cosine-distributed rays from i that reach fronts of j.
     standard_error : (n, n) float64
         Standard error of each, or the estimated error of a quadrature.
-    sky : (n,) float64 or None
-        Share of the rays from each that reach the sky; ``None`` where there is none.
-    sky_error : (n,) float64 or None
+    sky : (n,) float64
+        ``F_i,sky``: share of the rays from each that reach the sky; 0 where there is none.
+    sky_error : (n,) float64
         Its standard error.
     areas : (n,) float64
         Areas, the scene's units squared; both sides where both send and receive.
     closure : (n,) float64
-        What is missing of 1 in each row, the sky counted: 0 in a closed opaque scene.
+        ``1 - sum_j F_ij - F_i,sky``: what each row is short of 1. It is 0 in a closed opaque scene.
     reciprocity : (n, n) float64
         ``(A_i F_ij - A_j F_ji)`` over the larger of the two; every direction is found by itself.
     how : (n, n) array of str
@@ -57,8 +57,8 @@ class Factors:
     names: list[str]
     matrix: Float64
     standard_error: Float64
-    sky: Float64 | None
-    sky_error: Float64 | None
+    sky: Float64
+    sky_error: Float64
     areas: Float64
     closure: Float64
     reciprocity: Float64
@@ -66,21 +66,29 @@ class Factors:
     tolerance: float
 
     def to_pandas(self) -> pandas.DataFrame:
-        """The matrix as a table, rows and columns named, ``sky`` the last column if there is one; needs pandas."""
+        """The matrix as a table; needs pandas.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each object that sends, the index ``from``; a column for each that receives, then ``sky`` and
+            ``closure``, in scenes without a sky too. So each row sums to 1. Where an object has one of these names, the
+            column's has an underscore behind it.
+        """
         import pandas
 
         table = pandas.DataFrame(self.matrix, index=self.names, columns=self.names)
         table.index.name = "from"
-        if self.sky is not None:
-            table[_unlike("sky", self.names)] = self.sky
+        for name, values in (("sky", self.sky), ("closure", self.closure)):
+            table[_unlike(name, self.names)] = values
         return table
 
     def __repr__(self) -> str:
         shown = ", ".join(self.names[:6]) + (", ..." if len(self.names) > 6 else "")
-        return f"<halflight.Factors: {len(self.names)} objects ({shown}){', sky' if self.sky is not None else ''}>"
+        return f"<halflight.Factors: {len(self.names)} objects ({shown}){', sky' if self.sky.any() else ''}>"
 
     def _repr_html_(self) -> str:
-        return _show.factors(self.names, self.matrix, self.sky)
+        return _show.factors(self.names, self.matrix, [("sky", self.sky), ("closure", self.closure)])
 
 
 def _unlike(name: str, names: list[str]) -> str:
@@ -89,7 +97,7 @@ def _unlike(name: str, names: list[str]) -> str:
     return name
 
 
-class PatchFactors:
+class PatchFactors(Fixed):
     """Form factors between the n patches of surfaces, all rows and columns, found by rays.
 
     Attributes
@@ -102,6 +110,8 @@ class PatchFactors:
         Rays cast.
     """
 
+    _instead = "find others: halflight.patch_factors(scene, ...)"
+
     def __init__(self, found: _native.Between, names: list[str]) -> None:
         n = found.solid()
         self._rows = (found.starts(), *found.factors())
@@ -110,6 +120,7 @@ class PatchFactors:
         self._centres, self._normals = (place[:n] for place in found.places())
         self.names = names
         self.residual, self.rays = found.taken()
+        self._fix()
 
     def __len__(self) -> int:
         return len(self._areas)
@@ -141,7 +152,7 @@ class PatchFactors:
 
     @property
     def closure(self) -> npt.NDArray[np.float32]:
-        """What is missing of 1 in each row, (n,) float32; a view."""
+        """``1 - sum_j F_ij - F_i,sky``: what each row is short of 1, (n,) float32; a view."""
         return cast("npt.NDArray[np.float32]", self._closure)
 
     @property
@@ -206,7 +217,7 @@ def factors(
     >>> bool(abs(F.closure).max() < 0.01)
     True
     """
-    own = of(scene)
+    own = native_of(scene)
     aim = arguments.real("tolerance", tolerance, 0.0, 1.0, open_below=True)
     asked = arguments.run(seed, None, progress)
     found = _native.object_factors(own, _tau(scene, tau), aim, asked)
@@ -226,8 +237,8 @@ def factors(
         rows,
         np.ascontiguousarray(matrix[:, :n]),
         np.ascontiguousarray(errors[:, :n]),
-        matrix[:, n].copy() if has_sky else None,
-        errors[:, n].copy() if has_sky else None,
+        matrix[:, n].copy() if has_sky else np.zeros(n),
+        errors[:, n].copy() if has_sky else np.zeros(n),
         areas,
         closure,
         found.reciprocity(),
@@ -267,7 +278,7 @@ def patch_factors(
     DoesNotFit
         F would not fit in memory; ``.fitting`` patches would.
     """
-    own = of(scene)
+    own = native_of(scene)
     fineness = arguments.fineness(patches, rays)
     asked = arguments.run(seed, memory, progress)
     return PatchFactors(_native.patch_factors(own, _tau(scene, tau), fineness, asked), scene.objects)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -10,7 +11,7 @@ import numpy.typing as npt
 from halflight import _arguments as arguments
 from halflight import _native
 
-__all__ = ["Kept", "assembled_again", "kept"]
+__all__ = ["Kept", "again", "assembled_again", "kept"]
 
 Float32 = npt.NDArray[np.float32]
 
@@ -23,7 +24,7 @@ class Kept:
     fineness: tuple[int, int]
     seed: int
     luminaires: bool
-    closure: tuple[float, float, float] | None
+    row_sums: tuple[float, float, float] | None
     indptr: npt.NDArray[np.int64]
     indices: npt.NDArray[np.int32]
     data: Float32
@@ -33,10 +34,15 @@ def kept(system: _native.System) -> Kept:
     """What an equation is made of."""
     indices, data = system.factors()
     mode, fineness, seed, luminaires = system.recipe()
-    return Kept(mode, fineness, seed, luminaires, system.closure(), system.starts(), indices.view(np.int32), data)
+    return Kept(mode, fineness, seed, luminaires, system.row_sums(), system.starts(), indices.view(np.int32), data)
 
 
 def assembled_again(scene: _native.Scene, own: Kept) -> _native.System:
     """The equation made again, bit by bit."""
     asked = arguments.run(own.seed, None, None)
     return _native.assemble_kept(scene, own.mode, own.fineness, own.luminaires, own, asked)
+
+
+def again(kind: Any, scene: bytes, own: Kept) -> Any:
+    """What is made of an equation alone, made again."""
+    return kind(assembled_again(_native.scene_from_bytes(scene), own))

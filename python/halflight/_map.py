@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from halflight import _arguments as arguments
 from halflight import _native, _plots
-from halflight._picture import of
-from halflight._scene import Scene
+from halflight._scene import Scene, native_of
 
 if TYPE_CHECKING:
-    import matplotlib.figure
+    from matplotlib.axes import Axes
 
 __all__ = ["StabilityMap", "stability_map"]
 
@@ -26,16 +25,21 @@ Float64 = npt.NDArray[np.float64]
 class StabilityMap:
     """Proved bounds on the spectral radius over the (alpha, tau) square, and its frontiers.
 
+    The square lies as in the program's charts, alpha to the right and tau upwards: ``lower[t, a]`` is at ``tau[t]`` and
+    ``alpha[a]``, so that axis 0 is tau and axis 1 alpha, as ``pcolormesh(alpha, tau, lower)`` and
+    ``imshow(lower, origin="lower")`` have them.
+
     Attributes
     ----------
     name : str
         The scene.
     alpha, tau : (g,) float64
-        The grid: factors on every alpha and tau.
+        The grid from 0 to 1: factors on every alpha, and tau.
     lower, upper : (g, g) float64
-        Bounds on the spectral radius, rows alpha, columns tau.
+        Proved bounds on the spectral radius at (tau, alpha): axis 0 is tau, axis 1 alpha.
     frontier : (k, 4) float64
-        tau, alpha_c, its lower and its upper bound: above alpha_c the series diverges. Above 1 it lies outside.
+        A row for each tau: tau, alpha_c, its lower and its upper bound. The series diverges for alpha above alpha_c,
+        to the right of it; above 1 it lies outside of the square.
     variance_frontier : (k, 4) float64
         The same for the alpha above which the variance of a path tracer is infinite.
     tau_frontier : (m, 4) float64
@@ -59,15 +63,19 @@ class StabilityMap:
     rays: int
     crossings: int
 
-    def plot(self, axes: Any = None) -> matplotlib.figure.Figure:
-        """The map with both frontiers; needs matplotlib.
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """The map with both frontiers, alpha to the right and tau upwards; needs matplotlib.
 
         Parameters
         ----------
-        axes : matplotlib Axes, optional
-            Where to draw.
+        ax : matplotlib Axes, optional
+            Where to draw; new ones where they are left out.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
         """
-        return cast("matplotlib.figure.Figure", _plots.stability(self, axes))
+        return _plots.stability(self, ax)
 
     def __repr__(self) -> str:
         g = len(self.alpha)
@@ -106,7 +114,7 @@ def stability_map(
     DoesNotFit
         The crossings of all rays would not fit in memory.
     """
-    own = of(scene)
+    own = native_of(scene)
     steps = arguments.integer("grid", grid, 2, 1001)
     count, cast = arguments.fineness(patches, rays)
     asked = arguments.run(seed, memory, progress)
@@ -118,8 +126,8 @@ def stability_map(
         scene.name,
         alpha,
         table[:, 0],
-        alpha[:, None] * table[None, :, 1],
-        alpha[:, None] * table[None, :, 2],
+        table[:, 1, None] * alpha,
+        table[:, 2, None] * alpha,
         np.array(frontier).reshape(-1, 4),
         np.array(variance).reshape(-1, 4),
         np.array(of_alpha).reshape(-1, 4),

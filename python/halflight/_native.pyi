@@ -46,6 +46,37 @@ class Between:
         """
 
 @final
+class KeptLamps:
+    """
+    The light of each lamp as an earlier run left it.
+    """
+    def aimed(self, /, wanted: SupportsGetItem[int, SupportsFloat | SupportsIndex | None], given: dict[str, SupportsLenAndGetItem[SupportsFloat | SupportsIndex]]) -> dict[str, list[float]]:
+        """
+        The factors given, and those of all other lamps that light points as wanted, lux.
+        """
+    def named(self, /, name: str) -> list[int]:
+        """
+        Numbers of the points of a name.
+        """
+    def names(self, /) -> list[str]:
+        """
+        The lamps.
+        """
+    def picture(self, /, given: dict[str, SupportsLenAndGetItem[SupportsFloat | SupportsIndex]]) -> Incomplete | None:
+        """
+        The picture with some factors; none where no layers were kept.
+        """
+    def points(self, /) -> tuple[int, bool]:
+        """
+        How many points were measured, and whether with the light of each lamp.
+        """
+    def relit(self, /, given: dict[str, SupportsLenAndGetItem[SupportsFloat | SupportsIndex]], wanted: SupportsGetItem[int, SupportsFloat | SupportsIndex | None] | None) -> tuple[dict[str, list[float]], list[tuple[str, list[float], list[float]]], list[tuple[str | None, list[float], list[float], float, bool]], list[float] | None]:
+        """
+        Factors of all lamps, powers and points with some factors; root mean square and largest difference to what is
+        wanted.
+        """
+
+@final
 class Lamps:
     """
     L of each luminaire.
@@ -267,6 +298,10 @@ class Series:
         """
         Of each term: norm, ratio to the one before, and the proved bound on all later ones; NaN where there is none.
         """
+    def kept(self, /) -> int:
+        """
+        How many terms are kept.
+        """
     def left(self, /) -> Incomplete | None:
         """
         The proved bound on all that follows the last term, patch by patch; none where there is none.
@@ -285,7 +320,7 @@ class Series:
         """
     def term(self, /, n: SupportsIndex) -> Incomplete:
         """
-        `KⁿE`.
+        `KⁿE`, of a term that is kept.
         """
     def truncation(self, /) -> float:
         """
@@ -324,10 +359,6 @@ class System:
     def areas(self, /) -> Incomplete:
         """
         Areas, the file's units squared.
-        """
-    def closure(self, /) -> tuple[float, float, float] | None:
-        """
-        Mean, least and largest sum of the rows of F before anything was left out.
         """
     def emission(self, /) -> Incomplete:
         """
@@ -373,6 +404,10 @@ class System:
         """
         Reflectances.
         """
+    def row_sums(self, /) -> tuple[float, float, float] | None:
+        """
+        Mean, least and largest sum of the rows of F before anything was left out.
+        """
     def scene(self, /) -> Scene:
         """
         The scene.
@@ -410,14 +445,29 @@ def builtin_scenes() -> list[tuple[str, str]]:
     The names of the built-in scenes, each with a line on it.
     """
 
+def dimmed(lit: Incomplete, wanted: SupportsGetItem[int, SupportsFloat | SupportsIndex]) -> list[float] | None:
+    """
+    The factors from 0 to 1 of lamps with the illuminances `lit` (points, lamps) that come nearest to `wanted`.
+    """
+
 def encode_png(picture: Incomplete, stops: SupportsFloat | SupportsIndex) -> bytes:
     """
     The bytes of a PNG file.
     """
 
-def first_terms(system: System, count: SupportsIndex) -> Series:
+def explore(scene: Scene, file: str | PathLike[str], words: tuple[str, str], effort: Incomplete, asked: Incomplete) -> tuple[list[int], float, float | None]:
     """
-    The first bounces, whether the series converges or not.
+    Writes a page with a title and an attribution.
+    """
+
+def exposure_of(picture: Incomplete) -> float | None:
+    """
+    The stops at which a picture is shown well; none where all is dark.
+    """
+
+def first_terms(system: System, count: SupportsIndex, keep: SupportsIndex) -> Series:
+    """
+    The first bounces, whether the series converges or not, of which so many terms are kept.
     """
 
 def lamps(system: System, truncation: SupportsFloat | SupportsIndex) -> Lamps:
@@ -438,6 +488,11 @@ def object_factors(scene: Scene, tau: SupportsFloat | SupportsIndex, tolerance: 
 def open_folder(folder: str | PathLike[str], asked: Incomplete) -> tuple[Scene, System, int | None]:
     """
     What a folder was solved for, made again from its F; the number of bounces is none where it has no light.
+    """
+
+def open_lamps(file: str | PathLike[str]) -> KeptLamps:
+    """
+    Reads what a run left: a report, or an EXR file with layers of lamps.
     """
 
 def open_scene(scene: str, two_sided: bool, reflectance: SupportsFloat | SupportsIndex | None, light: str | None, highlights: bool, camera: str | None, unit: str | None, as_modelled: bool) -> Scene:
@@ -481,9 +536,9 @@ def save_picture(path: str | PathLike[str], picture: Incomplete, stops: Supports
     Writes a picture: `.exr` holds radiances, `.png` what the eye is to see of them.
     """
 
-def scene_from_arrays(name: str, vertices: Incomplete, corners: Incomplete, counts: Incomplete, face_material: Incomplete, face_object: Incomplete, materials: SupportsGetItem[int, Incomplete], objects: SupportsGetItem[int, str]) -> Scene:
+def scene_from_arrays(arrays: Incomplete) -> Scene:
     """
-    Makes a scene of polygons: `counts` corners each, one after the other in `corners`.
+    Makes a scene.
     """
 
 def scene_from_bytes(bytes: bytes) -> Scene:
@@ -491,9 +546,14 @@ def scene_from_bytes(bytes: bytes) -> Scene:
     The scene that [`Scene::to_bytes`] gave.
     """
 
-def solution_picture(system: System, series: Series, size: tuple[SupportsIndex, SupportsIndex], samples: SupportsIndex, asked: Incomplete) -> Incomplete:
+def solution_picture(system: System, series: Series, scene: Scene, pixels: Incomplete, asked: Incomplete) -> tuple[Incomplete, Incomplete, int, float]:
     """
-    A picture of a solution, with so many hemisphere rays a pixel.
+    A picture of a solution by the camera of a scene, with so many hemisphere rays a pixel.
+    """
+
+def srgb(picture: Incomplete, stops: SupportsFloat | SupportsIndex) -> Incomplete:
+    """
+    The sRGB codes that a PNG file has of a picture: (height, width, 3).
     """
 
 def stability_map(scene: Scene, grid: SupportsIndex, patches: SupportsIndex, rays: SupportsIndex, asked: Incomplete) -> tuple[list[list[float]], list[list[float]], list[list[float]], list[list[float]], bool, tuple[int, int, int]]:
@@ -501,12 +561,12 @@ def stability_map(scene: Scene, grid: SupportsIndex, patches: SupportsIndex, ray
     Maps a scene.
     """
 
-def summed(system: System, truncation: SupportsFloat | SupportsIndex) -> Series:
+def summed(system: System, truncation: SupportsFloat | SupportsIndex, keep: SupportsIndex) -> Series:
     """
-    The sum of the series.
+    The sum of the series, of which so many terms are kept.
     """
 
-def term_pictures(system: System, series: Series, count: SupportsIndex, size: tuple[SupportsIndex, SupportsIndex], samples: SupportsIndex, asked: Incomplete) -> list[Incomplete]:
+def term_pictures(system: System, series: Series, count: SupportsIndex, scene: Scene, pixels: Incomplete, asked: Incomplete) -> list[Incomplete]:
     """
     A picture of E, and of each of the first bounces.
     """

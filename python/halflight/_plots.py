@@ -1,16 +1,18 @@
-"""Figures by matplotlib and meshes for pyvista, imported when they are asked for."""
+"""Axes by matplotlib and meshes for pyvista, imported when they are asked for."""
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Curve", "Map", "bounces", "mesh", "stability"]
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["Curve", "Map", "bounces", "mesh", "picture", "stability"]
 
 Float64 = npt.NDArray[np.float64]
 
@@ -41,34 +43,36 @@ class Map(Protocol):
     def frontier(self) -> Float64: ...
     @property
     def variance_frontier(self) -> Float64: ...
+    @property
+    def variance_exact(self) -> bool: ...
 
 
-def _figure(axes: Any, size: tuple[float, float]) -> tuple[Any, Any]:
-    """A figure and its axes; those given, or new ones."""
-    try:
-        import matplotlib.figure
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-    except ImportError:
-        raise ImportError("figures need matplotlib: pip install matplotlib") from None
-    if axes is not None:
-        return axes.figure, axes
-
-    class Figure(matplotlib.figure.Figure):
-        """A figure that notebooks show, whether or not pyplot is imported; it is closed by itself."""
-
-        def _repr_png_(self) -> bytes:
-            held = io.BytesIO()
-            self.savefig(held, format="png")
-            return held.getvalue()
-
-    figure = Figure(figsize=size, layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure, figure.add_subplot()
+def _axes(ax: Any, size: tuple[float, float]) -> Any:
+    """The axes given, or new ones."""
+    if ax is None:
+        try:
+            import matplotlib.pyplot as plt
+        except ImportError:
+            raise ImportError("plots need matplotlib: pip install matplotlib") from None
+        return plt.subplots(figsize=size, layout="constrained")[1]
+    if not hasattr(ax, "imshow"):
+        raise TypeError(f"ax must be matplotlib's Axes, not {ax!r}: figure.add_subplot() makes some")
+    return ax
 
 
-def bounces(curves: Sequence[Curve], axes: Any = None) -> Any:
+def picture(codes: npt.NDArray[np.uint8], ax: Axes | None = None) -> Axes:
+    """A picture as sRGB codes, without ticks."""
+    height, width = codes.shape[:2]
+    side = 6.0 / max(height, width)
+    own: Any = _axes(ax, (max(1.0, side * width), max(1.0, side * height)))
+    own.imshow(codes, interpolation="nearest")
+    own.set(xticks=[], yticks=[])
+    return cast("Axes", own)
+
+
+def bounces(curves: Sequence[Curve], ax: Axes | None = None) -> Axes:
     """Norms of the terms and the proved bounds on what follows each, over n."""
-    figure, own = _figure(axes, (7.0, 4.4))
+    own: Any = _axes(ax, (7.0, 4.4))
     for k, curve in enumerate(curves):
         n, colour = np.arange(len(curve.norm)), f"C{k}"
         seen = curve.norm > 0.0
@@ -84,31 +88,33 @@ def bounces(curves: Sequence[Curve], axes: Any = None) -> Any:
     own.set_axisbelow(True)
     own.spines[["top", "right"]].set_visible(False)
     own.legend(frameon=False, fontsize="small")
-    return figure
+    return cast("Axes", own)
 
 
-def stability(own: Map, axes: Any = None) -> Any:
-    """The spectral radius over the square, with both frontiers."""
-    figure, ax = _figure(axes, (6.0, 5.0))
-    middle = 0.5 * (own.lower + own.upper)
-    shown = ax.pcolormesh(own.tau, own.alpha, middle, cmap="viridis", shading="gouraud", vmin=0.0)
-    figure.colorbar(shown, ax=ax, label="spectral radius of K")
+def stability(mapped: Map, ax: Axes | None = None) -> Axes:
+    """The spectral radius over the square, alpha to the right and tau upwards, with both frontiers."""
+    own: Any = _axes(ax, (6.0, 5.0))
+    middle = 0.5 * (mapped.lower + mapped.upper)
+    shown = own.pcolormesh(mapped.alpha, mapped.tau, middle, cmap="viridis", shading="gouraud", vmin=0.0)
+    own.figure.colorbar(shown, ax=own, label="spectral radius of K")
     levels = [level for level in (0.25, 0.5, 0.75) if level < middle.max()]
     if levels:
-        lines = ax.contour(own.tau, own.alpha, middle, levels, colors="white", linewidths=0.7)
-        ax.clabel(lines, fmt="%.2f", fontsize="x-small")
+        lines = own.contour(mapped.alpha, mapped.tau, middle, levels, colors="white", linewidths=0.7)
+        own.clabel(lines, fmt="%.2f", fontsize="x-small")
+    infinite = "to the right: a path tracer's variance is infinite"
+    variance = infinite if mapped.variance_exact else "to the left: a path tracer's variance is finite"
     for points, style, label in [
-        (own.frontier, "-", "above: the series diverges"),
-        (own.variance_frontier, "--", "above: a path tracer's variance is infinite"),
+        (mapped.frontier, "-", "to the right: the series diverges"),
+        (mapped.variance_frontier, "--", variance),
     ]:
         if len(points):
-            ax.plot(points[:, 0], points[:, 1], style, color="white", lw=3.2)
-            ax.plot(points[:, 0], points[:, 1], style, color="black", lw=1.6, label=label)
-    ax.set(xlim=(0.0, 1.0), ylim=(0.0, 1.0), xlabel="tau, transmission", ylabel="alpha, interreflection")
-    ax.set_title(own.name, fontsize="medium")
-    if any(len(points) and points[:, 1].min() < 1.0 for points in (own.frontier, own.variance_frontier)):
-        ax.legend(loc="lower left", fontsize="small", framealpha=0.9)
-    return figure
+            own.plot(points[:, 1], points[:, 0], style, color="white", lw=3.2)
+            own.plot(points[:, 1], points[:, 0], style, color="black", lw=1.6, label=label)
+    own.set(xlim=(0.0, 1.0), ylim=(0.0, 1.0), xlabel="alpha, interreflection", ylabel="tau, transmission")
+    own.set_title(mapped.name, fontsize="medium")
+    if any(len(points) and points[:, 1].min() < 1.0 for points in (mapped.frontier, mapped.variance_frontier)):
+        own.legend(loc="lower left", fontsize="small", framealpha=0.9)
+    return cast("Axes", own)
 
 
 def mesh(corners: Float64, cells: Iterable[tuple[str, npt.NDArray[Any]]]) -> Any:

@@ -13,13 +13,12 @@ import numpy.typing as npt
 from halflight import _arguments as arguments
 from halflight import _native
 from halflight._errors import ToleranceWarning
-from halflight._picture import factors_of, of
-from halflight._scene import Scene
+from halflight._scene import Scene, native_of
 
 if TYPE_CHECKING:
     import pandas
 
-__all__ = ["Irradiance", "lux", "points"]
+__all__ = ["Irradiance", "lux", "measured", "points", "wanted_lux"]
 
 Float64 = npt.NDArray[np.float64]
 
@@ -41,6 +40,25 @@ def lux(irradiance: npt.ArrayLike) -> Float64:
         raise TypeError(f"irradiance must be numbers of shape (..., 3), not {given.shape} ({given.dtype})")
     rows = np.ascontiguousarray(given, np.float64).reshape(-1, 3)
     return np.asarray(_native.lux(rows), np.float64).reshape(given.shape[:-1])
+
+
+#: The same where a property has its name.
+illuminance = lux
+
+
+def wanted_lux(lux: Any, count: int) -> Float64:
+    """What is wanted at each of some points, lux; NaN where nothing is."""
+    given = np.asarray(lux)
+    if given.dtype.kind not in "fiu" or given.shape not in [(), (count,)]:
+        raise (ValueError if given.dtype.kind in "fiu" else TypeError)(
+            f"lux must be one number, or one for each point, ({count},), not {given.shape} ({given.dtype})"
+        )
+    wanted = np.array(np.broadcast_to(given, (count,)), np.float64)
+    if np.isnan(wanted).all():
+        raise ValueError("lux must be a number at one point or more, and is NaN everywhere")
+    if not (np.isnan(wanted) | ((wanted >= 0.0) & (wanted < np.inf))).all():
+        raise ValueError(f"lux must be 0 or more, and finite, not {np.nanmin(wanted):g} to {np.nanmax(wanted):g}")
+    return wanted
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -84,12 +102,12 @@ class Irradiance:
     @property
     def lux(self) -> Float64:
         """Illuminance, (n,) lux: 683 lm/W times CIE Y of linear sRGB."""
-        return lux(self.irradiance)
+        return illuminance(self.irradiance)
 
     @property
     def lux_error(self) -> Float64:
         """Its standard error, (n,) lux: at most what the channels' come to together."""
-        return lux(self.error)
+        return illuminance(self.error)
 
     def mix(self, luminaires: Mapping[str, Any]) -> Float64:
         """The irradiance with luminaires dimmed, brightened or coloured, (n, 3) float64, W/m².
@@ -99,13 +117,62 @@ class Irradiance:
         luminaires : mapping of str to float or (3,) floats
             Factors by name, 0 or more; those that are not named stay as they are.
         """
-        if not self.luminaires:
-            raise ValueError('there are no luminaires apart: ask for per="luminaire"')
-        factors = factors_of(luminaires, list(self.luminaires))
+        self._require_luminaires()
+        factors = arguments.factors(luminaires, list(self.luminaires))
         total = np.zeros_like(self.irradiance)
         for own, factor in zip(self.luminaires.values(), factors):
             total += np.array(factor) * own
         return total
+
+    def dim(self, lux: npt.ArrayLike, given: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """How far each luminaire is to be dimmed so that the points have some illuminance.
+
+        With ``A_pe`` the illuminance of luminaire e at point p as it was solved for, the factors ``0 <= x_e <= 1`` are
+        those with the least ``|A x - lux|²``, and of these, where several are as good, those with the least ``|x|``.
+        No ray is cast. What comes of it is ``lux(E.mix(E.dim(500)))``.
+
+        Parameters
+        ----------
+        lux : float or (n,) floats
+            What is wanted at each point, lux; NaN at points where nothing is.
+        given : mapping of str to float or (3,) floats, optional
+            Luminaires whose factors are fixed, 0 or more.
+
+        Returns
+        -------
+        dict of str to float
+            A factor for each luminaire, those given among them: what ``mix`` of irradiances, pictures and lamps takes.
+
+        Raises
+        ------
+        ValueError
+            The luminaires are not apart, or nothing is wanted at any point.
+
+        Examples
+        --------
+        >>> import halflight as hl
+        >>> lamp = hl.PointLight([0, 2, 0], 10.0, "lamp")
+        >>> floor = hl.Scene.from_objects({"floor": hl.quad([-1, 0, -1], [0, 0, 2], [2, 0, 0])}, lights=[lamp])
+        >>> E = hl.points(floor, [[0, 0, 0]], [0, 1, 0], per="luminaire")
+        >>> round(E.lux[0]), {name: round(x, 3) for name, x in E.dim(500).items()}
+        (1708, {'lamp': 0.293})
+        """
+        self._require_luminaires()
+        wanted = wanted_lux(lux, len(self))
+        fixed = {} if given is None else given
+        arguments.factors(fixed, list(self.luminaires))
+        free = [name for name in self.luminaires if name not in fixed]
+        if not free:
+            return dict(fixed)
+        rest = illuminance(self.mix({**dict.fromkeys(free, 0.0), **fixed}))
+        asked = ~np.isnan(wanted)
+        lit = np.array([illuminance(self.luminaires[name]) for name in free]).T
+        found = _native.dimmed(np.ascontiguousarray(lit[asked]), list((wanted - rest)[asked])) or []
+        return {**fixed, **dict(zip(free, found))}
+
+    def _require_luminaires(self) -> None:
+        if not self.luminaires:
+            raise ValueError('there are no luminaires apart: ask for per="luminaire"')
 
     def to_pandas(self) -> pandas.DataFrame:
         """A table: x, y, z, irradiance and error by channel, lux, lux_error and is_inside; needs pandas."""
@@ -175,7 +242,7 @@ def points(
     ToleranceWarning
         The error of some points is above the tolerance.
     """
-    of(scene)
+    native_of(scene)
     pair = arguments.transport(mode, alpha, tau, scene.transport)
     return measured(
         scene,
@@ -203,7 +270,7 @@ def measured(
     progress: Any,
 ) -> Irradiance:
     """What :func:`points` and ``Solution.points`` find; warns their caller."""
-    own = of(scene)
+    own = native_of(scene)
     positions = arguments.array("xyz", xyz, ("n", 3)).copy()
     if len(positions) == 0:
         raise ValueError("xyz must have the shape (n, 3), and n is 0")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, cast
 
@@ -13,89 +13,42 @@ import numpy.typing as npt
 
 from halflight import _arguments as arguments
 from halflight import _native, _show
+from halflight._camera import Camera
 from halflight._errors import SceneWarning, in_python
+from halflight._fixed import Fixed
+from halflight._lights import Given, PointLight, SpotLight, SunLight
+from halflight._materials import Material
+from halflight._meshes import Mesh, joined, polygons, taken
 
-__all__ = ["Camera", "Material", "Scene", "cornell_box", "load", "scenes"]
+__all__ = ["Arrays", "Scene", "cornell_box", "load", "native_of", "scenes"]
+
+Light = PointLight | SpotLight | SunLight
+Unit = Literal["m", "cm", "mm", "in", "ft"]
+UNITS = ("m", "cm", "mm", "in", "ft")
 
 
 @dataclass(frozen=True)
-class Material:
-    """A diffuse material.
-
-    Parameters
-    ----------
-    name : str
-        What it is called.
-    rho : float or (3,) floats
-        Reflectance, 0 to 1; one number for all channels, or red, green and blue.
-    emission : float or (3,) floats
-        Emitted radiance, W/(m² sr).
-    alpha, tau : float, optional
-        Its own interreflection and transmission, 0 to 1, whatever mode is solved.
-    two_sided : bool
-        Whether both sides of its faces reflect and emit; the back of a one-sided face is black.
-    visible_emission : bool
-        Whether the camera sees the emission; a hidden lamp lights the scene and is black itself.
-
-    Raises
-    ------
-    TypeError, ValueError
-        A number that is none, or outside its range.
-    """
+class Arrays:
+    """All of a scene but camera and sky, as the native module takes it."""
 
     name: str
-    rho: Any = 0.5
-    emission: Any = 0.0
-    alpha: float | None = None
-    tau: float | None = None
-    two_sided: bool = False
-    visible_emission: bool = True
-
-    def __post_init__(self) -> None:
-        def own(name: str, value: object) -> None:
-            object.__setattr__(self, name, value)
-
-        arguments.text("name", self.name)
-        own("rho", tuple(arguments.triple("rho", self.rho, 0.0, 1.0)))
-        own("emission", tuple(arguments.triple("emission", self.emission, 0.0, 3e38)))
-        own("alpha", None if self.alpha is None else arguments.real("alpha", self.alpha, 0.0, 1.0))
-        own("tau", None if self.tau is None else arguments.real("tau", self.tau, 0.0, 1.0))
-        own("two_sided", arguments.flag("two_sided", self.two_sided))
-        own("visible_emission", arguments.flag("visible_emission", self.visible_emission))
+    vertices: npt.NDArray[np.float64]
+    uv: npt.NDArray[np.float32] | None
+    corners: npt.NDArray[np.uint32]
+    counts: npt.NDArray[np.uint32]
+    face_material: npt.NDArray[np.uint32]
+    face_object: npt.NDArray[np.uint32]
+    materials: list[Material]
+    objects: list[str]
+    lights: list[Given]
+    unit: str
 
 
-@dataclass(frozen=True)
-class Camera:
-    """A pinhole camera in the units of the scene.
-
-    Parameters
-    ----------
-    position, target : (3,) floats
-        The eye, and a point in the middle of the picture.
-    up : (3,) floats
-        What is up in the picture; not along the view.
-    vertical_fov : float
-        Full vertical field of view, degrees, between 0 and 180.
-    """
-
-    position: Any
-    target: Any
-    up: Any = (0.0, 1.0, 0.0)
-    vertical_fov: float = 40.0
-
-    def __post_init__(self) -> None:
-        for name in ("position", "target", "up"):
-            point = arguments.array(name, getattr(self, name), (3,))
-            object.__setattr__(self, name, tuple(float(x) for x in point))
-        fov = arguments.real("vertical_fov", self.vertical_fov, 0.0, 179.999, open_below=True)
-        object.__setattr__(self, "vertical_fov", fov)
-
-
-class Scene:
+class Scene(Fixed):
     """A checked scene: triangles, materials, lights and a camera. It never changes.
 
-    Made from arrays here, read from files by :func:`load`. Its rays are made ready when something is first solved for
-    it, and kept for all that follows.
+    Made from arrays here, of named objects by :meth:`from_objects`, read from files by :func:`load`. Its rays are
+    made ready when something is first solved for it, and kept for all that follows.
 
     Parameters
     ----------
@@ -111,6 +64,12 @@ class Scene:
         Names of objects, by which form factors and luminaires are told apart.
     face_object : (m,) ints, optional
         The object of each face; the first for all where it is left out.
+    uv : (n, 2) floats, optional
+        Texture coordinates of the vertices, which :class:`Texture` explains; materials with textures need them.
+    lights : sequence of PointLight, SpotLight and SunLight
+        Lights without area.
+    unit : {"m", "cm", "mm", "in", "ft"}
+        What a length of 1 is, for the ``1/d²`` of lights and for powers.
     camera : Camera, optional
         Where pictures are taken from; one that shows all of the scene where it is left out.
     sky : float or (3,) floats, optional
@@ -133,6 +92,8 @@ class Scene:
     2
     """
 
+    _instead = "with_camera, with_material and with_sky make another scene"
+
     _held: _native.Scene
     #: As it was given, where it was.
     _camera: Camera | None
@@ -146,37 +107,129 @@ class Scene:
         *,
         objects: Sequence[str] | None = None,
         face_object: npt.ArrayLike | None = None,
+        uv: npt.ArrayLike | None = None,
+        lights: Sequence[Light] = (),
+        unit: Unit = "m",
         camera: Camera | None = None,
         sky: npt.ArrayLike | None = None,
         name: str = "scene",
     ) -> None:
         name = arguments.text("name", name)
         points = arguments.array("vertices", vertices, ("n", 3))
-        corners, counts = _polygons(faces, len(points))
-        kinds = _list_of("materials", materials, Material)
-        names = [name] if objects is None else [arguments.text("objects", one) for one in _sequence("objects", objects)]
+        corners, counts = polygons(faces, len(points))
+        kinds = arguments.list_of("materials", materials, Material)
+        if not kinds:
+            raise ValueError("materials must not be empty")
+        names = [name] if objects is None else arguments.sequence("objects", objects)
         count = len(counts)
-        of_material = _given("face_material", face_material, count, len(kinds), "materials")
-        of_object = _given("face_object", face_object, count, len(names), "objects")
-        made = _native.scene_from_arrays(name, points, corners, counts, of_material, of_object, kinds, names)
+        arrays = Arrays(
+            name,
+            points,
+            _coordinates(uv, len(points), kinds),
+            corners,
+            counts,
+            _given("face_material", face_material, count, len(kinds), "materials"),
+            _given("face_object", face_object, count, len(names), "objects"),
+            kinds,
+            [arguments.text("objects", one) for one in names],
+            [light.given() for light in arguments.list_of("lights", lights, (PointLight, SpotLight, SunLight))],
+            arguments.choice("unit", unit, UNITS),
+        )
+        self._become(_native.scene_from_arrays(arrays), camera, sky)
+        _warn_of(self, 3)
+
+    @classmethod
+    def from_objects(
+        cls,
+        objects: Mapping[str, Any],
+        *,
+        lights: Sequence[Light] = (),
+        unit: Unit = "m",
+        camera: Camera | None = None,
+        sky: npt.ArrayLike | None = None,
+        name: str = "scene",
+    ) -> Scene:
+        """A scene of named objects, each a mesh and what it is made of.
+
+        Parameters
+        ----------
+        objects : mapping of str to (vertices, faces, Material), (mesh, Material), or mesh
+            ``vertices`` and ``faces`` are as those of :class:`Scene`. A mesh is what :func:`box` and :func:`quad` make,
+            a :class:`Mesh`, a mesh of trimesh or pyvista as it is, or a list of these as one. One without a material
+            reflects 0.5. Objects with equal materials share one.
+        lights, unit, camera, sky, name
+            As of :class:`Scene`.
+
+        Returns
+        -------
+        Scene
+            Its ``objects`` are the names, in their order.
+
+        Raises
+        ------
+        TypeError, ValueError
+            An object that is none of these, an object with a texture and without coordinates, or two materials of one
+            name that differ.
+        SceneError
+            As from :class:`Scene`.
+
+        Examples
+        --------
+        >>> import halflight as hl
+        >>> room = hl.Scene.from_objects(
+        ...     {
+        ...         "walls": (hl.box([0, 0, 0], [4, 2.5, 3], inward=True), hl.Material("plaster", 0.7)),
+        ...         "table": (hl.box([1, 0.7, 1], [2, 0.75, 2]), hl.Material("wood", [0.5, 0.4, 0.3])),
+        ...     },
+        ...     lights=[hl.PointLight([2, 2.3, 1.5], intensity=10)],
+        ... )
+        >>> room.objects, room.triangles
+        (['walls', 'table'], 24)
+        """
+        if not isinstance(objects, Mapping) or not objects:
+            raise TypeError(f"objects must be a mapping of names to meshes and materials, not {objects!r}")
+        parts = [_part(own, given) for own, given in objects.items()]
+        kinds: list[Material] = []
+        for _, material in parts:
+            if material not in kinds:
+                kinds.append(material)
+        if len({kind.name for kind in kinds}) < len(kinds):
+            twice = [kind.name for kind in kinds]
+            named = next(one for one in twice if twice.count(one) > 1)
+            raise ValueError(f"two materials that differ are called {named!r}: give each a name of its own")
+        is_textured = any(kind.is_textured for kind in kinds)
+        whole = joined([mesh if not is_textured else _with_coordinates(mesh) for mesh, _ in parts])
+        lengths = [len(mesh.faces) for mesh, _ in parts]
+        return cls(
+            whole.vertices,
+            whole.faces,
+            kinds,
+            np.repeat([kinds.index(material) for _, material in parts], lengths),
+            objects=list(objects),
+            face_object=np.repeat(np.arange(len(parts)), lengths),
+            uv=whole.uv if is_textured else None,
+            lights=lights,
+            unit=unit,
+            camera=camera,
+            sky=sky,
+            name=name,
+        )
+
+    def _become(self, native: _native.Scene, camera: Camera | None = None, sky: Any = None) -> None:
+        """Takes what it holds: a native scene, under another sky and behind another camera where they are given."""
         if sky is not None:
-            made = _under_sky(made, sky)
-        if camera is not None:
-            made = _looked_at(made, camera)
-        self._held = made
+            native = _under_sky(native, sky)
+        self._held = native if camera is None else _looked_at(native, camera)
         self._camera = camera
-        self._warn()
+        self._fix()
 
     @classmethod
     def _of(cls, native: _native.Scene, camera: Camera | None = None) -> Scene:
         scene = cls.__new__(cls)
         scene._held = native
         scene._camera = camera
+        scene._fix()
         return scene
-
-    def _warn(self) -> None:
-        for warning in self._held.warnings():
-            warnings.warn(in_python(warning), SceneWarning, stacklevel=3)
 
     # What it holds.
 
@@ -212,7 +265,7 @@ class Scene:
 
     @property
     def materials(self) -> list[Material]:
-        """What the faces are made of; without textures, which files have and this does not show."""
+        """What the faces are made of; their textures are not shown."""
 
         def short(x: float) -> float:
             """Single precision as a person writes it: 0.73, not 0.7300000190734863."""
@@ -327,7 +380,7 @@ class Scene:
             There is no such material.
         """
         name = arguments.text("name", name)
-        known = [material.name for material in self.materials]
+        known = [found[0] for found in self._held.materials()]
         if name not in known:
             raise KeyError(f"there is no material {name!r}; the materials are {', '.join(map(repr, known))}")
         return Scene._of(
@@ -381,44 +434,48 @@ def _scene_of_bytes(held: bytes, camera: Camera | None) -> Scene:
     return Scene._of(_native.scene_from_bytes(held), camera)
 
 
-def _sequence(name: str, value: Any) -> list[Any]:
-    if isinstance(value, (str, bytes)):
-        raise TypeError(f"{name} must be a sequence, not {value!r}")
+def native_of(scene: Any) -> _native.Scene:
+    """The native part of a scene."""
+    if not isinstance(scene, Scene):
+        hint = ": read it with halflight.load first" if isinstance(scene, (str, os.PathLike)) else ""
+        raise TypeError(f"scene must be a halflight.Scene, not {scene!r}{hint}")
+    return scene._held
+
+
+def _warn_of(scene: Scene, level: int) -> None:
+    """Warns of what a reader left out, as from so many calls further out."""
+    for warning in scene.warnings:
+        warnings.warn(in_python(warning), SceneWarning, stacklevel=level + 1)
+
+
+def _part(name: Any, given: Any) -> tuple[Mesh, Material]:
+    """The mesh and the material of an object."""
+    arguments.text("the name of an object", name)
+    parts = given if isinstance(given, tuple) else (given, Material("grey"))
+    if len(parts) not in (2, 3) or not isinstance(parts[-1], Material):
+        raise TypeError(f"objects[{name!r}] must be (vertices, faces, Material), (mesh, Material) or a mesh")
     try:
-        return list(value)
-    except TypeError:
-        raise TypeError(f"{name} must be a sequence, not {value!r}") from None
+        mesh = taken(parts[0]) if len(parts) == 2 else Mesh(parts[0], parts[1])
+    except (TypeError, ValueError) as error:
+        raise type(error)(f"objects[{name!r}]: {error}") from None
+    if parts[-1].is_textured and mesh.uv is None:
+        raise ValueError(f"objects[{name!r}] has a texture, so that its mesh needs coordinates: hl.Mesh(..., uv=...)")
+    return mesh, parts[-1]
 
 
-def _list_of(name: str, value: Any, kind: type) -> list[Any]:
-    found = _sequence(name, value)
-    for k, one in enumerate(found):
-        if not isinstance(one, kind):
-            raise TypeError(f"{name}[{k}] must be a {kind.__name__}, not {one!r}")
-    if not found:
-        raise ValueError(f"{name} must not be empty")
-    return found
+def _with_coordinates(mesh: Mesh) -> Mesh:
+    """A mesh with texture coordinates, which are 0 where it has none."""
+    return mesh if mesh.uv is not None else Mesh(mesh.vertices, mesh.faces, np.zeros((len(mesh.vertices), 2)))
 
 
-def _polygons(faces: Any, vertices: int) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
-    """The corners of all polygons one after the other, and how many each has."""
-    try:
-        table = np.asarray(faces)
-    except ValueError:
-        table = np.empty(0, dtype=object)
-    if table.dtype != object and table.ndim == 2 and table.shape[1] >= 3:
-        corners = arguments.indices("faces", table, ("m", "k"), vertices, "vertices")
-        return corners.reshape(-1), np.full(len(corners), table.shape[1], dtype=np.uint32)
-    rows = [
-        arguments.indices(f"faces[{k}]", np.asarray(row), ("k",), vertices, "vertices")
-        for k, row in enumerate(_sequence("faces", faces))
-    ]
-    for k, row in enumerate(rows):
-        if len(row) < 3:
-            raise ValueError(f"faces[{k}] must have three corners or more, not {len(row)}")
-    if not rows:
-        raise ValueError("faces must have the shape (m, k), k of 3 or more, and m is 0")
-    return np.concatenate(rows), np.array([len(row) for row in rows], dtype=np.uint32)
+def _coordinates(uv: Any, vertices: int, materials: list[Material]) -> npt.NDArray[np.float32] | None:
+    """Texture coordinates of all vertices."""
+    if uv is not None:
+        return arguments.array("uv", uv, (vertices, 2), np.float32)
+    textured = [material.name for material in materials if material.is_textured]
+    if textured:
+        raise ValueError(f"uv is needed, (n, 2) coordinates of the vertices: material {textured[0]!r} has a texture")
+    return None
 
 
 def _given(name: str, value: Any, count: int, most: int, what: str) -> npt.NDArray[np.uint32]:
@@ -453,7 +510,7 @@ def load(
     light: Literal["ceiling", "sky"] | None = None,
     highlights: bool = False,
     camera: str | None = None,
-    unit: Literal["m", "cm", "mm", "in", "ft"] | None = None,
+    unit: Unit | None = None,
     as_modelled: bool = False,
 ) -> Scene:
     """Reads a scene.
@@ -500,11 +557,11 @@ def load(
         None if light is None else arguments.choice("light", light, ["ceiling", "sky"]),
         arguments.flag("highlights", highlights),
         None if camera is None else arguments.text("camera", camera),
-        None if unit is None else arguments.choice("unit", unit, ["m", "cm", "mm", "in", "ft"]),
+        None if unit is None else arguments.choice("unit", unit, UNITS),
         arguments.flag("as_modelled", as_modelled),
     )
     scene = Scene._of(found)
-    scene._warn()
+    _warn_of(scene, 2)
     return scene
 
 

@@ -69,8 +69,9 @@ def scene(held: _native.Scene, said: str) -> str:
         asked = arguments.run(0, None, None)
         pair = arguments.transport(None, None, None, held.transport())
         system = _native.assemble(held, pair, arguments.fineness(500, 32), False, asked)
-        series = _native.first_terms(system, 2)
-        return picture(_native.solution_picture(system, series, (PREVIEW, PREVIEW), 16, asked), said)
+        series = _native.first_terms(system, 2, 3)
+        pixels = arguments.pixels((PREVIEW, PREVIEW), 16)
+        return picture(_native.solution_picture(system, series, held, pixels, asked)[0], said)
     except Exception:  # A scene without light has no picture, and a notebook shows its words.
         return f"<p>{html.escape(said)}</p>"
 
@@ -82,6 +83,11 @@ def number(value: float) -> str:
 
 def solution(terms: Sequence[Term], said: str) -> str:
     """What is said of a solution, and the table of its bounces."""
+    return f"<p>{html.escape(said)}</p>{bounces(terms)}"
+
+
+def bounces(terms: Sequence[Term]) -> str:
+    """The table of the first terms of a series."""
     head = ["term", "R, W", "G, W", "B, W", "norm", "ratio", "all later, at most", "error"]
     most = 20
     rows = [
@@ -96,16 +102,16 @@ def solution(terms: Sequence[Term], said: str) -> str:
         for b in terms[:most]
     ]
     more = f"<p>and {len(terms) - most} more</p>" if len(terms) > most else ""
-    return f"<p>{html.escape(said)}</p>{table(head, rows)}{more}"
+    return f"{table(head, rows)}{more}"
 
 
-def factors(names: list[str], matrix: npt.NDArray[np.float64], sky: npt.NDArray[np.float64] | None) -> str:
-    """The matrix, rows and columns named; its first rows and columns where they are many."""
+def factors(
+    names: list[str], matrix: npt.NDArray[np.float64], last: Sequence[tuple[str, npt.NDArray[np.float64]]]
+) -> str:
+    """The matrix, rows and columns named, and the last columns; its first rows and columns where they are many."""
     most = 20
-    columns = names[:most] + (["sky"] if sky is not None else [])
     rows = []
     for i, name in enumerate(names[:most]):
-        last = [] if sky is None else [f"{sky[i]:.5f}"]
-        rows.append([name, *(f"{x:.5f}" for x in matrix[i, :most]), *last])
+        rows.append([name, *(f"{x:.5f}" for x in (*matrix[i, :most], *(values[i] for _, values in last)))])
     more = f"<p>{most} of {len(names)} objects</p>" if len(names) > most else ""
-    return table(["from", *columns], rows) + more
+    return table(["from", *names[:most], *(name for name, _ in last)], rows) + more

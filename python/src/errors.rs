@@ -9,8 +9,10 @@ use halflight::pictures::ImageError;
 use halflight::render::{PictureUnfit, RenderError, Unfit};
 use halflight::scene::{SceneError, ViewError};
 use halflight::solve::Diverges;
+use halflight_explore::PageError;
 use halflight_export::SceneBytesError;
 use halflight_export::kept::KeptError;
+use halflight_lighting::LampError;
 use halflight_reference::Overflow;
 use miette::Diagnostic;
 use pyo3::exceptions::{PyOSError, PyValueError};
@@ -135,6 +137,24 @@ impl Raise for KeptError {
 impl Raise for SceneBytesError {
     fn raise(self) -> PyErr {
         PyValueError::new_err(words(&self))
+    }
+}
+
+impl Raise for LampError {
+    fn raise(self) -> PyErr {
+        match self {
+            LampError::Read { .. } | LampError::Picture(_) => PyOSError::new_err(words(&self)),
+            _ => PyValueError::new_err(words(&self)),
+        }
+    }
+}
+
+impl Raise for PageError {
+    fn raise(self) -> PyErr {
+        match self {
+            PageError::Memory(error) => error.raise(),
+            PageError::Image(error) => error.raise(),
+        }
     }
 }
 

@@ -13,7 +13,10 @@
 
 mod arrays;
 mod errors;
+mod explore;
 mod factors;
+mod given;
+mod lamps;
 mod map;
 mod picture;
 mod points;
@@ -28,15 +31,23 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _native {
     #[pymodule_export]
+    use super::explore::explore;
+    #[pymodule_export]
     use super::factors::{Between, ObjectFactors, object_factors, patch_factors};
+    #[pymodule_export]
+    use super::given::scene_from_arrays;
+    #[pymodule_export]
+    use super::lamps::{KeptLamps, dimmed, open_lamps};
     #[pymodule_export]
     use super::map::stability_map;
     #[pymodule_export]
-    use super::picture::{Rendered, encode_png, read_picture, render, save_layers, save_picture, trace};
+    use super::picture::{
+        Rendered, encode_png, exposure_of, read_picture, render, save_layers, save_picture, srgb, trace,
+    };
     #[pymodule_export]
     use super::points::{Sensed, lux, points};
     #[pymodule_export]
-    use super::scene::{Scene, builtin_scenes, open_scene, scene_from_arrays, scene_from_bytes};
+    use super::scene::{Scene, builtin_scenes, open_scene, scene_from_bytes};
     #[pymodule_export]
     use super::series::{
         Lamps, Series, bounces, first_terms, lamps, open_folder, save_folder, solution_picture, summed, term_pictures,

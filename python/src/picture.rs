@@ -9,6 +9,7 @@ use halflight::pictures::{
 };
 use halflight::render::{Apart, Fineness, Rendered as Found, Shortfall, check_pictures, pixel};
 use halflight_reference::{NextEvent, TraceSettings, Tracer};
+use numpy::ndarray::Array3;
 use numpy::{PyArray3, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -190,6 +191,21 @@ pub fn encode_png<'py>(py: Python<'py>, picture: PyReadonlyArray3<f32>, stops: f
     let picture = arrays::picture_of(&picture);
     let encoded = briefly(py, || encode(&Bitmap::from_picture(&picture, Exposure { stops })))?;
     Ok(PyBytes::new(py, &encoded.map_err(Raise::raise)?))
+}
+
+/// The sRGB codes that a PNG file has of a picture: (height, width, 3).
+#[pyfunction]
+pub fn srgb<'py>(py: Python<'py>, picture: PyReadonlyArray3<f32>, stops: f32) -> PyResult<Bound<'py, PyArray3<u8>>> {
+    let picture = arrays::picture_of(&picture);
+    let Bitmap { width, height, bytes } = briefly(py, || Bitmap::from_picture(&picture, Exposure { stops }))?;
+    let codes = Array3::from_shape_vec((height, width, 3), bytes).expect("three codes a pixel");
+    Ok(PyArray3::from_owned_array(py, codes))
+}
+
+/// The stops at which a picture is shown well; none where all is dark.
+#[pyfunction]
+pub fn exposure_of(picture: PyReadonlyArray3<f32>) -> Option<f32> {
+    Exposure::of(&arrays::picture_of(&picture)).map(|exposure| exposure.stops)
 }
 
 #[pymethods]

@@ -1,20 +1,18 @@
-//! Scenes: read from files, built in, made from arrays; what they hold, and others made from them.
+//! Scenes: read from files or built in; what they hold, and others made from them.
 //!
 //! A scene never changes: what changes one makes another. Its rays are made ready when they are first needed, and kept.
 //!
-//! Not handled: lights without area and textures of scenes made from arrays, which files have.
+//! Not handled: scenes made from arrays (`given`).
 
 use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 use halflight::light::{Rgb, Visibility};
-use halflight::scene::{
-    AddedLight, Camera, Emitters, GivenFace, LoadOptions, Material, Sides, SkyLight, Winding, builtin,
-};
+use halflight::scene::{AddedLight, Camera, Emitters, LoadOptions, Sides, SkyLight, Winding, builtin};
 use halflight::{Solver, Transport};
 use halflight_export::{scene_from_bytes as of_bytes, scene_to_bytes};
 use numpy::ndarray::Array2;
-use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -59,30 +57,6 @@ impl Scene {
     }
 }
 
-/// A material as Python gives and gets it: `halflight.Material`.
-#[derive(FromPyObject)]
-pub struct GivenMaterial {
-    name: String,
-    rho: [f32; 3],
-    emission: [f32; 3],
-    alpha: Option<f32>,
-    tau: Option<f32>,
-    two_sided: bool,
-    visible_emission: bool,
-}
-
-impl From<GivenMaterial> for Material {
-    fn from(given: GivenMaterial) -> Material {
-        Material {
-            alpha: given.alpha,
-            tau: given.tau,
-            sides: if given.two_sided { Sides::Two } else { Sides::One },
-            visibility: if given.visible_emission { Visibility::Seen } else { Visibility::Hidden },
-            ..Material::new(&given.name, given.rho.into(), given.emission.into())
-        }
-    }
-}
-
 /// Reads a file, or a built-in scene, on another thread, so that signals are heard.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the options of `load`")]
@@ -116,35 +90,6 @@ pub fn open_scene(
 #[pyfunction]
 pub fn builtin_scenes() -> Vec<(&'static str, &'static str)> {
     builtin::listed().collect()
-}
-
-/// Makes a scene of polygons: `counts` corners each, one after the other in `corners`.
-#[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "the arrays of a scene")]
-pub fn scene_from_arrays(
-    py: Python,
-    name: &str,
-    vertices: PyReadonlyArray2<f64>,
-    corners: PyReadonlyArray1<u32>,
-    counts: PyReadonlyArray1<u32>,
-    face_material: PyReadonlyArray1<u32>,
-    face_object: PyReadonlyArray1<u32>,
-    materials: Vec<GivenMaterial>,
-    objects: Vec<String>,
-) -> PyResult<Scene> {
-    let vertices: Vec<DVec3> = vertices.as_array().rows().into_iter().map(|v| DVec3::new(v[0], v[1], v[2])).collect();
-    let corners = corners.as_array();
-    let mut next = 0;
-    let faces = counts.as_array().into_iter().zip(face_material.as_array()).zip(face_object.as_array());
-    let face = |((&count, &material), &object): ((&u32, &u32), &u32)| {
-        let own = next..next + count as usize;
-        next = own.end;
-        GivenFace { corners: own.map(|k| corners[k]).collect(), material, object }
-    };
-    let faces: Vec<GivenFace> = faces.map(face).collect();
-    let materials = materials.into_iter().map(Material::from).collect();
-    let made = briefly(py, || halflight::Scene::from_objects(name, &vertices, &faces, materials, objects))?;
-    made.map(Scene::from).map_err(halflight::scene::SceneError::raise)
 }
 
 /// The scene that [`Scene::to_bytes`] gave.

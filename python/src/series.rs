@@ -8,7 +8,7 @@ use std::sync::Arc;
 use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::render::{Apart, End, Fineness, check_pictures, pixel};
-use halflight::solve::{ColumnSolution, Settings, Solution, explore, neumann, solve_columns};
+use halflight::solve::{ColumnSolution, Settings, Solution, explore_keeping, neumann, solve_columns};
 use halflight_export::kept::{Also, Keeping, KeptError, KeptFolder, KeptRows, NewKept};
 use halflight_study::{bounce_fields, bounce_pictures};
 use numpy::ndarray::{Array2, Array4};
@@ -44,18 +44,18 @@ impl From<Solution> for Series {
 #[pyclass(frozen, module = "halflight._native")]
 pub struct Lamps(ColumnSolution);
 
-/// The first bounces, whether the series converges or not.
+/// The first bounces, whether the series converges or not, of which so many terms are kept.
 #[pyfunction]
-pub fn first_terms(py: Python, system: &System, count: usize) -> PyResult<Series> {
+pub fn first_terms(py: Python, system: &System, count: usize, keep: usize) -> PyResult<Series> {
     let mode = Arc::clone(&system.mode);
-    Ok(run(py, None, |_| explore(&mode.operator, count))?.into())
+    Ok(run(py, None, |_| explore_keeping(&mode.operator, count, keep))?.into())
 }
 
-/// The sum of the series.
+/// The sum of the series, of which so many terms are kept.
 #[pyfunction]
-pub fn summed(py: Python, system: &System, truncation: f64) -> PyResult<Series> {
+pub fn summed(py: Python, system: &System, truncation: f64, keep: usize) -> PyResult<Series> {
     let mode = Arc::clone(&system.mode);
-    let settings = Settings { tolerance: truncation, ..Settings::default() };
+    let settings = Settings { tolerance: truncation, keep, ..Settings::default() };
     let found = run(py, None, |_| neumann(&mode.operator, &settings))?;
     found.map(Series::from).map_err(Raise::raise)
 }
@@ -69,20 +69,35 @@ pub fn lamps(py: Python, system: &System, truncation: f64) -> PyResult<Lamps> {
     found.map(Lamps).map_err(Raise::raise)
 }
 
-/// A picture of a solution, with so many hemisphere rays a pixel.
+/// A picture's pixels: `halflight._arguments.Pixels`.
+#[derive(FromPyObject)]
+pub struct Pixels {
+    size: (usize, usize),
+    samples: u32,
+}
+
+/// A picture, its standard error, rays cast, and the share of the camera's that met black backs.
+type Gathered<'py> = (Bound<'py, PyArray3<f32>>, Bound<'py, PyArray3<f32>>, u64, f64);
+
+/// A picture of a solution by the camera of a scene, with so many hemisphere rays a pixel.
 #[pyfunction]
 pub fn solution_picture<'py>(
     py: Python<'py>,
     system: &System,
     series: &Series,
-    size: (usize, usize),
-    samples: u32,
+    scene: &Scene,
+    pixels: Pixels,
     asked: Run,
-) -> PyResult<Bound<'py, PyArray3<f32>>> {
+) -> PyResult<Gathered<'py>> {
+    let (camera, Pixels { size, samples }) = (scene.scene.camera, pixels);
     check_pictures(size.into(), pixel::RENDER, asked.bytes()).map_err(Raise::raise)?;
     let pass = GatherPass::new(size, &GatherSampling::with_samples(samples, asked.seed));
-    let found = run(py, asked.progress.as_ref(), |steps| system.mode.picture(&series.solution, &pass, steps).total())?;
-    owned(py, found)
+    let found = run(py, asked.progress.as_ref(), |steps| {
+        let gathered = system.mode.picture_by(camera, &series.solution, &pass, steps);
+        (gathered.total(), gathered.standard_error, gathered.rays, gathered.backs)
+    })?;
+    let (picture, standard_error, rays, backs) = found;
+    Ok((owned(py, picture)?, owned(py, standard_error)?, rays, backs))
 }
 
 /// A picture of E, and of each of the first bounces.
@@ -92,16 +107,18 @@ pub fn term_pictures<'py>(
     system: &System,
     series: &Series,
     count: usize,
-    size: (usize, usize),
-    samples: u32,
+    scene: &Scene,
+    pixels: Pixels,
     asked: Run,
 ) -> PyResult<Vec<Bound<'py, PyArray3<f32>>>> {
+    let (camera, Pixels { size, samples }) = (scene.scene.camera, pixels);
     check_pictures(size.into(), pixel::BOUNCES.0 + pixel::BOUNCES.1 * count as f64, asked.bytes())
         .map_err(Raise::raise)?;
     let pass = GatherPass::new(size, &GatherSampling::with_samples(samples, asked.seed));
     let found = run(py, asked.progress.as_ref(), |steps| {
-        let fields = bounce_fields(&system.mode.lights, &series.solution, count);
-        bounce_pictures(&system.mode.lights, &fields, &pass, steps)
+        let lights = system.mode.lights.seen_by(camera);
+        let fields = bounce_fields(&lights, &series.solution, count);
+        bounce_pictures(&lights, &fields, &pass, steps)
     })?;
     found.into_iter().map(|picture| owned(py, picture)).collect()
 }
@@ -185,7 +202,12 @@ impl Series {
         arrays::lights(slf.clone().into_any(), &slf.get().solution.light)
     }
 
-    /// `KⁿE`.
+    /// How many terms are kept.
+    fn kept(&self) -> usize {
+        self.solution.terms.len()
+    }
+
+    /// `KⁿE`, of a term that is kept.
     fn term(slf: Bound<'_, Self>, n: usize) -> Bound<'_, PyArray3<f32>> {
         arrays::lights(slf.clone().into_any(), &slf.get().solution.terms[n])
     }

@@ -36,14 +36,14 @@ pub struct System {
     pub mode: Arc<Assembled>,
     pub recipe: Recipe,
     /// Mean, least and largest sum of the rows of F before anything was left out; none where no ray was needed.
-    closure: Option<(f64, f64, f64)>,
+    row_sums: Option<(f64, f64, f64)>,
     mesh: OnceLock<PatchMesh>,
 }
 
 impl System {
     pub fn new(mode: Assembled, recipe: Recipe) -> System {
-        let closure = mode.closure.map(|closure| (closure.mean, closure.min, closure.max));
-        System { mode: Arc::new(mode), recipe, closure, mesh: OnceLock::new() }
+        let row_sums = mode.row_sums.map(|sums| (sums.mean, sums.min, sums.max));
+        System { mode: Arc::new(mode), recipe, row_sums, mesh: OnceLock::new() }
     }
 
     fn mesh(&self) -> &PatchMesh {
@@ -88,7 +88,7 @@ pub fn assemble_kept(
     let rows = briefly(py, || Rows::from_parts(starts, columns, values))?;
     let rows = rows.ok_or_else(|| PyValueError::new_err("F is no square matrix of shares: the pickle is broken"))?;
     let known = FormFactors { row_sums: vec![None; rows.len()], rows };
-    Ok(System { closure: factors.closure, ..assembled(py, scene, recipe, Some(known), asked)? })
+    Ok(System { row_sums: factors.row_sums, ..assembled(py, scene, recipe, Some(known), asked)? })
 }
 
 /// F as arrays: `halflight._solution`'s, of which fields are read.
@@ -97,7 +97,7 @@ pub struct KeptFactors<'py> {
     indptr: PyReadonlyArray1<'py, i64>,
     indices: PyReadonlyArray1<'py, i32>,
     data: PyReadonlyArray1<'py, f32>,
-    closure: Option<(f64, f64, f64)>,
+    row_sums: Option<(f64, f64, f64)>,
 }
 
 fn assembled(py: Python, scene: &Scene, recipe: Recipe, known: Option<FormFactors>, asked: Run) -> PyResult<System> {
@@ -248,8 +248,8 @@ impl System {
     }
 
     /// Mean, least and largest sum of the rows of F before anything was left out.
-    fn closure(&self) -> Option<(f64, f64, f64)> {
-        self.closure
+    fn row_sums(&self) -> Option<(f64, f64, f64)> {
+        self.row_sums
     }
 
     /// `K E`, luminaires by closed form.

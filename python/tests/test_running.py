@@ -173,14 +173,22 @@ def test_what_objects_show(box: hl.Scene, solved: hl.Solution) -> None:
 
 
 def test_figures_and_meshes(solved: hl.Solution, box: hl.Scene, tmp_path: Path) -> None:
-    pytest.importorskip("matplotlib")
-    hl.plot_bounces(solved).savefig(tmp_path / "a.png")
-    solved.plot_bounces().savefig(tmp_path / "b.png")
+    plt = pytest.importorskip("matplotlib.pyplot")
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
     mapped = hl.stability_map(box, grid=5, patches=100, rays=16)
-    mapped.plot().savefig(tmp_path / "c.png")
-    hl.plot_map(mapped).savefig(tmp_path / "d.png")
-    assert mapped.plot()._repr_png_().startswith(b"\x89PNG")
-    assert all((tmp_path / f"{name}.png").stat().st_size > 5000 for name in "abcd")
+    picture = hl.render(box, size=(40, 30), patches=100, rays=16, samples=8)
+    plots = [solved.plot_bounces, lambda ax=None: hl.plot_bounces(solved, ax=ax), mapped.plot, picture.plot]
+    for k, plot in enumerate([*plots, lambda ax=None: hl.plot_map(mapped, ax=ax)]):
+        own = Figure().add_subplot()
+        assert plot(ax=own) is own
+        assert isinstance(plot(), Axes) and plot() is not own
+        own.figure.savefig(tmp_path / f"{k}.png")
+        assert (tmp_path / f"{k}.png").stat().st_size > 3000
+        with pytest.raises(TypeError, match="ax must be matplotlib's Axes"):
+            plot(ax=own.figure)
+    plt.close("all")
 
 
 def test_a_mesh_has_every_bounce(solved: hl.Solution) -> None:

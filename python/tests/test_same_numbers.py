@@ -68,8 +68,11 @@ def test_tables(box: hl.Scene, program: Program, tmp_path: Path) -> None:
 
     mapped = hl.stability_map(box, grid=5, patches=300, rays=64)
     table = np.loadtxt(tmp_path / "cornell-box-map.csv", delimiter=",", skiprows=1)
-    assert np.array_equal(table[:, 2].reshape(5, 5), mapped.lower)
-    assert np.array_equal(table[:, 3].reshape(5, 5), mapped.upper)
+    # The program's rows go by alpha, then tau; axis 0 of the arrays is tau.
+    assert np.array_equal(table[:, 0].reshape(5, 5).T[0], mapped.alpha)
+    assert np.array_equal(table[:, 1].reshape(5, 5).T[:, 0], mapped.tau)
+    assert np.array_equal(table[:, 2].reshape(5, 5).T, mapped.lower)
+    assert np.array_equal(table[:, 3].reshape(5, 5).T, mapped.upper)
 
     series = hl.bounces(box, 2, mode="global", tolerance=0.05)
     rows = np.genfromtxt(tmp_path / "cornell-box-bounces.csv", delimiter=",", names=True)

@@ -23,7 +23,7 @@ def test_a_furnace_is_as_bright_as_its_closed_form() -> None:
         assert np.allclose(bounce.light, 0.25 / 2**bounce.n, rtol=1e-5)
         assert bounce.power == pytest.approx(math.pi * solution.patches.areas.sum() * 0.25 / 2**bounce.n, rel=1e-5)
     assert solution.radius[0] <= 0.5 + 1e-5 and solution.radius[1] >= 0.5 - 1e-5
-    assert solution.closure is not None and solution.closure[0] == pytest.approx(1.0, abs=1e-5)
+    assert solution.closure is not None and solution.closure == pytest.approx((0.0, 0.0, 0.0), abs=1e-5)
 
 
 def test_terms_add_up_and_bounds_hold(solved: hl.Solution) -> None:
@@ -182,12 +182,18 @@ def test_factors_against_closed_forms() -> None:
         lower + upper, [[0, 1, 2, 3], [4, 5, 6, 7]], [hl.Material("m")], objects=["low", "high"], face_object=[0, 1]
     )
     found = hl.factors(pair, tolerance=1e-6)
-    assert found.names == ["low", "high"] and found.sky is None
+    assert found.names == ["low", "high"] and (found.sky == 0.0).all() and (found.sky_error == 0.0).all()
+    assert np.allclose(found.closure, 1 - 0.19982490, atol=1e-6)
     assert found.matrix[0, 1] == pytest.approx(0.19982490, abs=1e-7)
     assert found.matrix[1, 0] == pytest.approx(0.19982490, abs=1e-7)
     assert found.how[0, 1] == "closed-form" and found.to_pandas().loc["low", "high"] == found.matrix[0, 1]
     under = hl.factors(pair.with_sky(1.0), tolerance=1e-3)
-    assert under.sky is not None and np.abs(under.closure).max() < 5e-3
+    assert np.abs(under.closure).max() < 5e-3 and np.allclose(under.sky, 1 - 0.19982490, atol=5e-3)
+    # Frames have the same columns with a sky and without, and each row sums to 1.
+    for one in (found, under):
+        frame = one.to_pandas()
+        assert list(frame.columns) == ["low", "high", "sky", "closure"] and "closure" in one._repr_html_()
+        assert np.allclose(frame.sum(axis=1), 1.0) and np.array_equal(frame["closure"], one.closure)
     spheres = hl.factors(hl.load("concentric-spheres"), tolerance=1e-3)
     assert np.abs(spheres.closure).max() <= 4 * np.sqrt((spheres.standard_error**2).sum(1)).max() + 1e-3
     between = hl.patch_factors(pair.with_sky(1.0), patches=50, rays=4096)
@@ -204,13 +210,25 @@ def test_factors_against_closed_forms() -> None:
     assert len(between) == between.matrix.shape[0] and between.residual < 1.0
 
 
+def test_closure_means_one_thing(box: hl.Scene, solved: hl.Solution) -> None:
+    # What rows are short of 1, of the same F by both ways.
+    between = hl.patch_factors(box, patches=300, rays=64)
+    own = solved.patches.rho.max(axis=1) > 0
+    short = 1.0 - np.asarray(between.matrix.sum(axis=1)).ravel()[own]
+    assert np.allclose(between.closure[own], short, atol=1e-6)
+    mean = np.average(short, weights=solved.patches.areas[own])
+    assert solved.closure == pytest.approx((mean, short.min(), short.max()), abs=1e-6) and mean > 0.1
+
+
 def test_a_map_has_the_radius_of_its_corners(box: hl.Scene) -> None:
     mapped = hl.stability_map(box, grid=3, patches=300, rays=64)
     assert mapped.lower.shape == (3, 3) and (mapped.lower <= mapped.upper).all()
-    assert (mapped.lower[0] == 0).all() and list(mapped.alpha) == [0, 0.5, 1]
+    # Axis 0 is tau, axis 1 alpha: K is 0 at alpha 0, and proportional to alpha at every tau.
+    assert (mapped.lower[:, 0] == 0).all() and list(mapped.alpha) == [0, 0.5, 1] and mapped.tau[0] == 0
+    assert np.allclose(mapped.upper[:, 2], 2 * mapped.upper[:, 1]) and (np.diff(mapped.upper[:, 2]) > 0).all()
     lower, upper = hl.solve(box, mode="global", patches=300, rays=64).radius
     # Both enclose the radius of K of one F.
-    assert mapped.lower[2, 0] <= upper and lower <= mapped.upper[2, 0]
+    assert mapped.lower[0, 2] <= upper and lower <= mapped.upper[0, 2]
 
 
 def test_pictures_of_terms_add_up(solved: hl.Solution) -> None:

@@ -20,8 +20,14 @@ import halflight as hl
 
 scene = hl.cornell_box()
 picture = hl.render(scene, mode="global", size=(8, 8), tolerance=0.5)
-assert picture.error is not None
 total: float = picture.error.total
+total = hl.render(scene).error.total
+effort = hl.render(scene, patches=100, samples=8)
+total = effort.error.total  # error
+axes = picture.plot()
+axes.set_title("box")
+again = hl.solve(scene, keep=2).picture(hl.Camera([0, 0, 0], [0, 0, 1]))
+codes = picture.srgb(exposure="auto")
 solution: hl.Solution = hl.solve(scene, alpha=1, tau=0.3, patches=100, rays=16)
 power: float = float(solution.bounces[2].power[0])
 lamps: hl.Lamps = hl.solve(scene, per="luminaire", patches=100, rays=16)
@@ -30,6 +36,10 @@ found = solution.operator.matvec(np.zeros(solution.operator.shape[0]))
 lower, upper = solution.radius
 factors: hl.Factors = hl.factors(scene, tolerance=0.1)
 light: hl.Irradiance = solution.points([[100, 50, 100]], [0, 1, 0], tolerance=0.5)
+light.mix(light.dim(500))
+K: hl.Operator = solution.operator
+room = hl.Scene.from_objects({"room": hl.box([0, 0, 0], [1, 1, 1])}, lights=[hl.SunLight([0, -1, 0], 1)])
+relit = hl.relight("report.json", {"light": 0.5}).factors["light"].sum()
 hl.render(scene, mode="gobal")  # error
 hl.solve(scene, patches="many")  # error
 """
@@ -93,6 +103,12 @@ FUNCTIONS = [
     "stability_map",
     "load",
     "open",
+    "relight",
+    "explore",
+    "box",
+    "quad",
+    "srgb",
+    "exposure",
 ]
 
 
@@ -124,9 +140,8 @@ def test_everything_public_has_words() -> None:
 
 def test_what_stands_in_init_is_all() -> None:
     tree = ast.parse((Path(hl.__file__)).read_text())
-    imported = {
-        alias.asname or alias.name for node in tree.body if isinstance(node, ast.ImportFrom) for alias in node.names
-    }
+    imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module != "typing"]
+    imported = {alias.asname or alias.name for node in imports for alias in node.names}
     # `from halflight import *` leaves the built-in function alone.
     assert imported == {*hl.__all__, "open"}
 
@@ -135,6 +150,18 @@ def test_examples_in_the_words_run() -> None:
     import doctest
     import importlib
 
-    for module in ("_scene", "_picture", "_solution", "_operator", "_factors"):
+    modules = (
+        "_scene",
+        "_meshes",
+        "_materials",
+        "_images",
+        "_render",
+        "_solve",
+        "_operator",
+        "_factors",
+        "_points",
+        "_relight",
+    )
+    for module in modules:
         result = doctest.testmod(importlib.import_module(f"halflight.{module}"))
         assert result.failed == 0 and result.attempted > 0, module

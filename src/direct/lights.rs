@@ -16,7 +16,7 @@ use crate::direct::many::place::Place;
 use crate::form_factors::shadow::Caster;
 use crate::light::{Rgb, Transport, nothing_passes};
 use crate::patches::Patches;
-use crate::scene::Emitters;
+use crate::scene::{Camera, Emitters};
 use crate::surfaces::{Geometry, SurfacePoint};
 
 /// Faces beyond which patches do not test what stands between, and beyond which single points do not, which draw more
@@ -24,7 +24,8 @@ use crate::surfaces::{Geometry, SurfacePoint};
 const MOST_FACES: usize = 4_000;
 const MOST_FACES_OF_POINTS: usize = 20_000;
 
-/// The luminaires and punctual lights of a scene in one mode, and how they light its patches.
+/// The luminaires and punctual lights of a scene in one mode, and how they light its patches; clones share most of it.
+#[derive(Clone)]
 pub struct Lights {
     /// The scene, its rays and its surfaces.
     pub geometry: Arc<Geometry>,
@@ -43,11 +44,11 @@ pub struct Lights {
     /// Occlusion of punctual lights.
     pub(crate) punctual: Occlusion,
     /// The faces that may occlude and do; none where nothing is to be tested against them.
-    pub(crate) casters: Vec<Caster>,
+    pub(crate) casters: Arc<[Caster]>,
     /// The luminaires of each emitter.
-    pub(crate) trees: Vec<LightTree>,
+    pub(crate) trees: Arc<[LightTree]>,
     /// Patch by patch, the cut through each tree; empty ones where a patch does not receive.
-    cuts: Vec<LightCut>,
+    cuts: Arc<[LightCut]>,
     /// Some cut has nodes or polynomials that stand for luminaires.
     approximates: bool,
 }
@@ -103,6 +104,11 @@ impl Lights {
         Lights { punctual: occlusion.clone(), occlusion, ..self }.with_cuts(Shadows::ByRays)
     }
 
+    /// The same behind another camera: patches are lit as they were.
+    pub fn seen_by(&self, camera: Camera) -> Lights {
+        Lights { geometry: self.geometry.seen_by(camera), ..self.clone() }
+    }
+
     fn without_cuts(
         geometry: &Arc<Geometry>,
         patches: &Arc<Patches>,
@@ -116,18 +122,18 @@ impl Lights {
         Lights {
             punctual: Occlusion::of_punctual(scene, rays, &transports, &luminaires.punctual),
             casters: match occlusion {
-                Occlusion::Nothing => Vec::new(),
-                _ => casters(scene, rays, luminaires, &tau),
+                Occlusion::Nothing => Arc::default(),
+                _ => casters(scene, rays, luminaires, &tau).into(),
             },
             occlusion,
             geometry: Arc::clone(geometry),
             patches: Arc::clone(patches),
             luminaires: Arc::clone(luminaires),
             opaque: nothing_passes(transports.iter().map(|t| t.tau)),
-            trees: LightTree::of_emitters(luminaires, exactness),
+            trees: LightTree::of_emitters(luminaires, exactness).into(),
             transports,
             exactness,
-            cuts: Vec::new(),
+            cuts: Arc::default(),
             approximates: false,
         }
     }
@@ -158,7 +164,7 @@ impl Lights {
             each.collect()
         };
         let all = Loop::weighed(count, |i| f64::from(u8::from(receives(i)))).map_init(CutMemory::default, one);
-        let cuts: Vec<LightCut> = all.into_iter().flatten().collect();
+        let cuts: Arc<[LightCut]> = all.into_iter().flatten().collect();
         let mut of_trees = cuts.iter().zip(self.trees.iter().cycle());
         let approximates = of_trees.any(|(cut, tree)| cut.approximates(tree));
         Lights { cuts, approximates, ..self }

@@ -15,7 +15,7 @@ use crate::operator::linear::LinearOperator;
 use crate::operator::{Cast, EmitterLight, Operator, PatchMaterials, RowSource, Wanted};
 use crate::patches::{Patches, Sample};
 use crate::reading::{Fields, View, invisible, linear};
-use crate::scene::{Emitters, Scene};
+use crate::scene::{Camera, Emitters, Scene};
 use crate::solve::{RaySettings, RayShooter, Solution, Source};
 use crate::surfaces::Geometry;
 
@@ -305,12 +305,21 @@ impl Assembled {
 
     /// What the picture of a solution is gathered from.
     pub(crate) fn picture_fields(&self, solution: &Solution) -> Fields {
-        fields(self.patches(), &[self.reflected(&solution.terms)]).with_ambient(self.ambient(solution))
+        let mut field = self.reflected(&solution.terms);
+        for (sum, l) in field.iter_mut().zip(&solution.later) {
+            *sum += l.invisible;
+        }
+        fields(self.patches(), &[field]).with_ambient(self.ambient(solution))
     }
 
     /// Renders a solution.
     pub fn picture(&self, solution: &Solution, pass: &GatherPass, watch: &dyn Watch) -> Gathered {
         render(&self.lights, &self.picture_fields(solution), pass, watch)
+    }
+
+    /// The same by another camera of the scene; no row of F is cast for it.
+    pub fn picture_by(&self, camera: Camera, solution: &Solution, pass: &GatherPass, watch: &dyn Watch) -> Gathered {
+        render(&self.lights.seen_by(camera), &self.picture_fields(solution), pass, watch)
     }
 
     /// A solution of one F.

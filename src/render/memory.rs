@@ -46,7 +46,7 @@ pub(crate) struct Held {
 impl Held {
     /// Terms of a solution, E among them, where the spectral radius is about `radius`.
     fn terms(&self, radius: f64) -> f64 {
-        let Settings { tolerance, max_terms } = Settings::default();
+        let Settings { tolerance, max_terms, .. } = Settings::default();
         match self.bounces {
             Some(n) => n as f64 + 1.0,
             // Series that diverge are refused before the first term.

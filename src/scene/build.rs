@@ -7,6 +7,8 @@
 //!
 //! Not handled: what polygons stand for; [`crate::scene::obj`] and [`crate::scene::gltf`] read them.
 
+use std::sync::Arc;
+
 use glam::{DVec3, Vec2, Vec4};
 
 use crate::light::Gloss;
@@ -16,6 +18,7 @@ use crate::scene::model::{Camera, Face, Material, NamedCamera, Scene, UnitFrame}
 use crate::scene::polygon::{Cover, MOST_CORNERS, Points, THINNEST, Triangulator, height};
 use crate::scene::punctual::{PunctualForm, PunctualLight, PunctualPlace};
 use crate::scene::soup::{Polygon, Soup, SoupCamera, check_emission, check_gloss, check_rho};
+use crate::scene::unit::LengthUnit;
 
 /// A polygon of a scene that is made from arrays.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -26,6 +29,27 @@ pub struct GivenFace {
     pub material: u32,
     /// The number of its object.
     pub object: u32,
+}
+
+/// A scene as arrays: all numbers in the file's units, all indices from 0.
+#[derive(Clone, Debug, Default)]
+pub struct SceneArrays {
+    /// What it is called.
+    pub name: String,
+    /// Corner points.
+    pub vertices: Vec<DVec3>,
+    /// Texture coordinates of each vertex; empty where no material has an image.
+    pub coordinates: Vec<Vec2>,
+    /// Polygons.
+    pub faces: Vec<GivenFace>,
+    /// What they are made of.
+    pub materials: Vec<Material>,
+    /// Names of the objects.
+    pub objects: Vec<String>,
+    /// Lights without area: directions of length 1, `1/d²` in metres.
+    pub lights: Vec<PunctualLight>,
+    /// Unit of all lengths.
+    pub unit: LengthUnit,
 }
 
 impl Scene {
@@ -62,26 +86,56 @@ impl Scene {
         materials: Vec<Material>,
         objects: Vec<String>,
     ) -> Result<Scene, SceneError> {
-        check_arrays(name, vertices, &materials)?;
-        check_faces(name, faces, [vertices.len(), materials.len(), objects.len()])?;
+        let (name, vertices, faces) = (name.to_owned(), vertices.to_vec(), faces.to_vec());
+        Scene::from_arrays(SceneArrays { name, vertices, faces, materials, objects, ..SceneArrays::default() })
+    }
+
+    /// A scene from arrays, with textures and lights without area.
+    ///
+    /// # Errors
+    /// As [`Scene::from_faces`], and for a light that is not finite or negative.
+    pub fn from_arrays(arrays: SceneArrays) -> Result<Scene, SceneError> {
+        let SceneArrays { name, vertices, coordinates, faces, mut materials, objects, lights, unit } = arrays;
+        check_arrays(&name, &vertices, &materials)?;
+        check_lights(&name, &lights)?;
+        check_faces(&name, &faces, [vertices.len(), materials.len(), objects.len()])?;
+        for material in &mut materials {
+            if let Some(maps) = material.maps.take() {
+                material.set_maps(Arc::unwrap_or_clone(maps));
+            }
+        }
         let polygon = |(number, face): (usize, &GivenFace)| Polygon {
             corners: face.corners.len(),
             material: face.material,
             object: face.object,
             number,
         };
+        let corners: Vec<u32> = faces.iter().flat_map(|face| face.corners.iter().copied()).collect();
+        let at = |&corner: &u32| coordinates.get(corner as usize).copied().unwrap_or_default();
+        let has_images = materials.iter().any(Material::has_images);
         assemble(&Soup {
-            name: name.to_owned(),
-            file: name.to_owned(),
+            file: name.clone(),
+            name,
             item: "face",
-            vertices: vertices.to_vec(),
-            corners: faces.iter().flat_map(|face| face.corners.iter().copied()).collect(),
+            unit: Some(unit),
+            vertices,
+            coordinates: if has_images { corners.iter().map(at).collect() } else { Vec::new() },
+            corners,
             polygons: faces.iter().enumerate().map(polygon).collect(),
             materials,
             objects,
+            lights,
             ..Soup::default()
         })
     }
+}
+
+fn check_lights(name: &str, lights: &[PunctualLight]) -> Result<(), SceneError> {
+    for (number, light) in lights.iter().enumerate() {
+        let named = light.name.as_deref().unwrap_or("light");
+        check_emission(light.intensity.as_dvec3().to_array(), named, || Place::item(name, "light", number))?;
+    }
+    Ok(())
 }
 
 fn check_arrays(name: &str, vertices: &[DVec3], materials: &[Material]) -> Result<(), SceneError> {

@@ -32,7 +32,7 @@ pub mod textures;
 mod unit;
 
 pub use bounds::{Bounds, Coordinates};
-pub use build::GivenFace;
+pub use build::{GivenFace, SceneArrays};
 pub(crate) use coincident::planes;
 pub use emission::{Emitters, MOST_EMITTERS, SkyLight};
 pub use error::{About, Effect, Place, SceneError, ViewError, Warning};

@@ -290,7 +290,7 @@ impl Material {
 
     /// Gives it textures. What is the same at every texel becomes the material's own number, so that what emits
     /// evenly is a luminaire without a texture and whole surfaces have no mask.
-    pub(crate) fn set_maps(&mut self, mut maps: Maps) {
+    pub fn set_maps(&mut self, mut maps: Maps) {
         for (texture, factor) in [(&mut maps.reflectance, &mut self.rho), (&mut maps.emission, &mut self.emission)] {
             if let Some(even) = texture.take_if(|t| t.image.is_even() || *factor == Rgb::ZERO) {
                 *factor *= even.image.mean();

@@ -21,7 +21,9 @@ pub use columns::{ColumnSolution, TOGETHER, apply_columns, each_bounce, reflecte
 pub use dense::direct;
 pub use extrapolated::{Extrapolated, extrapolated};
 pub(crate) use neumann::powers;
-pub use neumann::{Bounce, Diverges, Settings, Solution, Verdict, explore, neumann, norm, terms, verdict};
+pub use neumann::{
+    Bounce, Diverges, Settings, Solution, Verdict, explore, explore_keeping, neumann, norm, terms, verdict,
+};
 pub use shooting::shooters::{Column, Convergence, Emitted, RaySettings, RayShooter, Sender, Shooter, Surfaces};
 pub use shooting::{Progress, Shooting, ShootingSettings};
 pub use tail::TailBound;

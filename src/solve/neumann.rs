@@ -20,11 +20,13 @@ pub struct Settings {
     pub tolerance: f64,
     /// Bounces to compute at most; the tail bound of the last says what is missing.
     pub max_terms: usize,
+    /// Terms that are kept, E first, at least one: each takes 24 bytes a patch. Later ones are summed.
+    pub keep: usize,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Settings { tolerance: 1e-4, max_terms: 10_000 }
+        Settings { tolerance: 1e-4, max_terms: 10_000, keep: usize::MAX }
     }
 }
 
@@ -76,8 +78,10 @@ pub struct Bounce {
 pub struct Solution {
     /// `L`, both halves, per patch.
     pub light: Vec<Light>,
-    /// `KⁿE`, n from 0.
+    /// `KⁿE`, n from 0, as many as are kept.
     pub terms: Vec<Vec<Light>>,
+    /// Sum of the terms that are not kept; empty where all are.
+    pub later: Vec<Light>,
     /// Figures of each term.
     pub bounces: Vec<Bounce>,
     /// How the series behaves.
@@ -186,31 +190,36 @@ pub fn neumann(k: &dyn LinearOperator, settings: &Settings) -> Result<Solution, 
         return Err(refuse(k, verdict, spectrum.as_ref()));
     }
     let enough = |s: &Solution| s.rest() <= settings.tolerance * s.reflected;
-    Ok(expand(k, verdict, spectrum, settings.max_terms, enough))
+    Ok(expand(k, (verdict, spectrum), settings, enough))
 }
 
 /// The first `count` bounces and E, whether the series converges or not; fewer where it ends or leaves the numbers.
 pub fn explore(k: &dyn LinearOperator, count: usize) -> Solution {
+    explore_keeping(k, count, usize::MAX)
+}
+
+/// The same, of which the first `keep` terms are kept, E among them.
+pub fn explore_keeping(k: &dyn LinearOperator, count: usize, keep: usize) -> Solution {
     let k = &LitPatches::of(k);
-    let (verdict, spectrum) = verdict_on_lit(k);
-    expand(k, verdict, spectrum, count, |_| false)
+    let settings = Settings { max_terms: count, keep, ..Settings::default() };
+    expand(k, verdict_on_lit(k), &settings, |_| false)
 }
 
 /// A bound on the tail so many times the reflected light says nothing.
 const SAYS_NOTHING: f64 = 1e3;
 
-/// Adds bounces up to `last`, until `enough` says so or a term is no longer finite.
+/// Adds bounces, until `enough` says so, a term is no longer finite, or there are as many as are allowed.
 fn expand(
     k: &dyn LinearOperator,
-    verdict: Verdict,
-    spectrum: Option<Spectrum>,
-    last: usize,
+    (verdict, spectrum): (Verdict, Option<Spectrum>),
+    settings: &Settings,
     enough: impl Fn(&Solution) -> bool,
 ) -> Solution {
     let tail = spectrum.as_ref().and_then(|s| TailBound::new(k, s));
     let mut solution = Solution {
         light: vec![Light::default(); k.areas().len()],
         terms: Vec::new(),
+        later: Vec::new(),
         bounces: Vec::new(),
         verdict,
         radius: spectrum.map(|s| s.worst()).unwrap_or_default(),
@@ -218,19 +227,22 @@ fn expand(
         left: Vec::new(),
     };
     let mut reflected = vec![Light::default(); k.areas().len()];
-    for (n, term) in terms(k).take(last.max(1) + 1).enumerate() {
+    let mut last = Vec::new();
+    for (n, term) in terms(k).take(settings.max_terms.max(1) + 1).enumerate() {
         if n >= 1 {
             add(&mut reflected, &term);
             solution.reflected = norm(k.areas(), &reflected);
         }
-        solution.add(k, n, term, tail.as_ref());
+        solution.add(k, n, &term, tail.as_ref());
+        last = solution.keep(term, settings.keep);
         let finite = solution.bounces[n].norm.is_finite();
         if !finite || (n >= 1 && enough(&solution)) {
             break;
         }
     }
     solution.bound_backwards();
-    solution.left = solution.bound_field(tail.as_ref());
+    let last = if last.is_empty() { solution.terms.last() } else { Some(&last) };
+    solution.left = solution.bound_field(tail.as_ref(), last);
     solution
 }
 
@@ -243,16 +255,26 @@ fn add(sum: &mut [Light], term: &[Light]) {
 }
 
 impl Solution {
-    fn add(&mut self, k: &dyn LinearOperator, n: usize, term: Vec<Light>, tail: Option<&TailBound>) {
-        add(&mut self.light, &term);
-        let mut bounce = measure(k, n, &term, self.bounces.last().map(|b| b.norm));
+    fn add(&mut self, k: &dyn LinearOperator, n: usize, term: &[Light], tail: Option<&TailBound>) {
+        add(&mut self.light, term);
+        let mut bounce = measure(k, n, term, self.bounces.last().map(|b| b.norm));
         bounce.tail_bound = match tail {
-            Some(tail) => tail.after(&term),
+            Some(tail) => tail.after(term),
             // Nothing comes after the first bounce of a series that ends.
             None => (n >= 1 && self.verdict == Verdict::Ends).then_some(0.0),
         };
         self.bounces.push(bounce);
-        self.terms.push(term);
+    }
+
+    /// Keeps a term, or adds it to the later ones where `most` are kept already; then it is given back.
+    fn keep(&mut self, term: Vec<Light>, most: usize) -> Vec<Light> {
+        if self.terms.len() < most.max(1) {
+            self.terms.push(term);
+            return Vec::new();
+        }
+        self.later.resize(term.len(), Light::default());
+        add(&mut self.later, &term);
+        term
     }
 
     /// The bound on everything after the last term.
@@ -267,8 +289,8 @@ impl Solution {
     }
 
     /// The bound on what follows the last term as a field.
-    fn bound_field(&self, tail: Option<&TailBound>) -> Vec<Light> {
-        let last = self.terms.last().filter(|_| self.terms.len() > 1);
+    fn bound_field(&self, tail: Option<&TailBound>, last: Option<&Vec<Light>>) -> Vec<Light> {
+        let last = last.filter(|_| self.bounces.len() > 1);
         match (tail, last) {
             (Some(tail), Some(last)) => tail.field(last).unwrap_or_default(),
             _ if self.verdict == Verdict::Ends => vec![Light::default(); self.light.len()],

@@ -10,7 +10,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::rays::{End, Rays};
-use crate::scene::Scene;
+use crate::scene::{Camera, Scene};
 use crate::surfaces::coplanar;
 use crate::surfaces::coplanar::Surface;
 use crate::surfaces::discontinuities::Discontinuities;
@@ -21,9 +21,9 @@ pub struct Geometry {
     /// The scene.
     pub scene: Scene,
     /// Its rays.
-    pub rays: Rays,
+    pub rays: Arc<Rays>,
     /// Its surfaces.
-    pub surfaces: Surfaces,
+    pub surfaces: Arc<Surfaces>,
 }
 
 impl Geometry {
@@ -31,7 +31,14 @@ impl Geometry {
     pub fn new(scene: Scene) -> Arc<Geometry> {
         let rays = Rays::new(&scene);
         let surfaces = Surfaces::new(&scene, &rays);
-        Arc::new(Geometry { scene, rays, surfaces })
+        Arc::new(Geometry { scene, rays: Arc::new(rays), surfaces: Arc::new(surfaces) })
+    }
+
+    /// The same behind another camera: it shares rays and surfaces.
+    pub fn seen_by(&self, camera: Camera) -> Arc<Geometry> {
+        let Geometry { scene, rays, surfaces } = self;
+        let scene = Scene { camera, ..scene.clone() };
+        Arc::new(Geometry { scene, rays: Arc::clone(rays), surfaces: Arc::clone(surfaces) })
     }
 }
 

@@ -16,7 +16,7 @@ use halflight::scene::SceneError;
 use halflight::solve::{Diverges, Verdict};
 use halflight_explore::PageError;
 use halflight_export::kept::KeptError;
-use halflight_lighting::SensorError;
+use halflight_lighting::{LampError, SensorError};
 use halflight_plot::ChartError;
 use halflight_plot::font::broken;
 use halflight_reference::Overflow;
@@ -84,6 +84,10 @@ pub enum CliError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Metric(#[from] MetricError),
+    /// A file holds no light of lamps: exit code 3.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Lamps(#[from] LampError),
     /// What an earlier run kept is not what is needed: exit code 3.
     #[error("{message}")]
     #[diagnostic(code(halflight::relight))]
@@ -114,7 +118,7 @@ impl CliError {
             CliError::Image(ImageError::Read { .. } | ImageError::Decode { .. }) => 3,
             CliError::Image(_) | CliError::Write(_) | CliError::Chart(_) => 1,
             CliError::Kept(KeptError::Write(_) | KeptError::Occupied { .. }) => 1,
-            CliError::Kept(_) | CliError::Relight { .. } => 3,
+            CliError::Kept(_) | CliError::Lamps(_) | CliError::Relight { .. } => 3,
             CliError::Scene(_) | CliError::Metric(_) | CliError::Sensor(_) => 3,
             CliError::Diverges(e) if e.verdict == Verdict::Undecided => 6,
             CliError::Diverges(_) | CliError::Overflow(_) => 4,

@@ -6,19 +6,18 @@
 //!
 //! Not handled: errors of what is dimmed, which are those of the parts; lamps that turn or move.
 
+use std::fs;
 use std::path::{Path, PathBuf};
-use std::{fs, io};
 
 use clap::Args;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::console::Console;
 use crate::error::CliError;
 use crate::options::arguments::{Brightness, Common};
 use crate::pictures::check_place;
-use halflight::pictures::{check_extension, is_exr, make_directory, read_layers, write_picture};
-use halflight::render::EmitterPower;
-use halflight_lighting::{Factors, LampLight, Relit, SolvedPoint, Uniformity, aims};
+use halflight::pictures::{check_extension, make_directory, write_picture};
+use halflight_lighting::{Factors, LampLight, Relit, Uniformity, aims};
 
 /// `halflight relight`
 #[derive(Args, Debug)]
@@ -55,23 +54,6 @@ fn lamp(text: &str) -> Result<(String, [f64; 3]), String> {
     Ok((name.to_owned(), factors))
 }
 
-/// What was kept of a run.
-#[derive(Deserialize)]
-struct Earlier {
-    modes: Vec<EarlierMode>,
-}
-
-/// The parts of a mode's report that hold the light of lamps.
-#[derive(Deserialize)]
-struct EarlierMode {
-    #[serde(default)]
-    luminaires: Vec<EmitterPower>,
-    #[serde(default)]
-    points: Vec<SolvedPoint>,
-    #[serde(default)]
-    files: Vec<PathBuf>,
-}
-
 /// `halflight relight --json`
 #[derive(Serialize)]
 struct RelightReport {
@@ -86,15 +68,8 @@ pub fn run(own: &Relight, common: &Common, console: &Console) -> Result<(), CliE
         check_extension(path)?;
         check_place(path)?;
     }
-    let lamps = open(&own.file)?;
+    let lamps = LampLight::open(&own.file)?;
     let names = lamps.names();
-    if names.is_empty() {
-        return Err(refused(
-            &own.file,
-            "has no light of single lamps",
-            "render the scene again: halflight render SCENE --mode MODE --per luminaire --json > report.json",
-        ));
-    }
     let mut factors = own.given(&names)?;
     let wanted = own.lux.as_ref().map(|path| wanted(&own.file, &lamps, path)).transpose()?;
     if let Some(wanted) = &wanted {
@@ -152,33 +127,14 @@ impl Relight {
     }
 }
 
-/// Reads a report, and the layers of the EXR file that it names; or those of an EXR file.
-fn open(path: &Path) -> Result<LampLight, CliError> {
-    if is_exr(path) {
-        return Ok(LampLight::new(Vec::new(), Vec::new(), read_layers(path)?));
-    }
-    let text = fs::read_to_string(path).map_err(|error| unreadable(path, &error))?;
-    let read: Result<Earlier, _> = serde_json::from_str(&text);
-    let Earlier { modes } = read.map_err(|error| {
-        refused(path, &format!("is no report of `render --json`: {error}"), "name the report or an EXR file")
-    })?;
-    let [EarlierMode { luminaires, points, files }] = <[EarlierMode; 1]>::try_from(modes).map_err(|modes| {
-        refused(path, &format!("is a report of {} modes", modes.len()), "render one of them: --mode MODE")
-    })?;
-    let layers = files.iter().find(|file| is_exr(file)).map(|own| {
-        let beside = path.parent().map(|folder| folder.join(own));
-        read_layers(beside.filter(|path| path.is_file()).unwrap_or_else(|| own.clone()))
-    });
-    Ok(LampLight::new(luminaires, points, layers.transpose()?.unwrap_or_default()))
-}
-
 /// The illuminance wanted at each point, of those that a table has.
 fn wanted(file: &Path, lamps: &LampLight, path: &Path) -> Result<Vec<Option<f64>>, CliError> {
     if lamps.points().iter().all(|point| point.luminaires.is_empty()) {
         let help = "measure light at points by lamps: render --points FILE --per luminaire --json";
         return Err(refused(file, "has no points with the light of lamps", help));
     }
-    let table = fs::read(path).map_err(|error| unreadable(path, &error))?;
+    let table = fs::read(path)
+        .map_err(|error| refused(path, &format!("cannot be read: {error}"), "check the file's name and permissions"))?;
     let help = "give a table with the columns lux and name, or lux, x, y and z";
     let at = |(line, what)| refused(path, &format!("line {line}: {what}"), help);
     aims(&table, lamps.points()).map_err(at)
@@ -186,10 +142,6 @@ fn wanted(file: &Path, lamps: &LampLight, path: &Path) -> Result<Vec<Option<f64>
 
 fn refused(path: &Path, what: &str, help: &str) -> CliError {
     CliError::Relight { message: format!("{} {what}", path.display()), help: help.to_owned() }
-}
-
-fn unreadable(path: &Path, error: &io::Error) -> CliError {
-    refused(path, &format!("cannot be read: {error}"), "check the file's name and permissions")
 }
 
 /// The factors, the powers, and how the points are lit.

@@ -56,9 +56,10 @@ fn states(solved: &Solved) -> Vec<Linked> {
     }
     let (alpha, tau) = (0.5, 0.3);
     add(format!("alpha={alpha}&tau={tau}"), State { alpha, tau, ..global() });
+    let n = 3.min(last);
     add(
-        "mode=shadowless&term=3&stops=-2".into(),
-        State { shown: Shown::Term(3), stops: -2.0, ..base(Mode::Shadowless) },
+        format!("mode=shadowless&term={n}&stops=-2"),
+        State { shown: Shown::Term(n), stops: -2.0, ..base(Mode::Shadowless) },
     );
     for stops in [-1.5, 1.0] {
         add(format!("mode=global&stops={stops}"), State { stops, ..global() });

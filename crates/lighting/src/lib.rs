@@ -7,6 +7,7 @@ mod aims;
 mod decimals;
 mod dimming;
 mod heads;
+mod kept_lamps;
 mod measured;
 mod plan;
 mod quantity;
@@ -18,6 +19,7 @@ mod uniformity;
 
 pub use aims::aims;
 pub use dimming::dimmed;
+pub use kept_lamps::LampError;
 pub use measured::{Columns, Measured, table};
 pub use plan::plan;
 pub use quantity::{Quantity, digits, lux};

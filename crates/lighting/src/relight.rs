@@ -63,15 +63,19 @@ pub struct Relit {
 /// A point with these factors.
 #[derive(Debug, Serialize)]
 pub struct RelitPoint {
-    name: Option<String>,
-    position: [f64; 3],
-    /// W/m², and lux.
-    irradiance: [f64; 3],
-    illuminance: f64,
-    is_inside: bool,
+    /// What it is called by.
+    pub name: Option<String>,
+    /// Where, in the file's units.
+    pub position: [f64; 3],
+    /// W/m².
+    pub irradiance: [f64; 3],
+    /// Lux.
+    pub illuminance: f64,
+    /// Whether it lies inside of a solid, where nobody measures.
+    pub is_inside: bool,
     /// Lux.
     #[serde(skip_serializing_if = "Option::is_none")]
-    wanted: Option<f64>,
+    pub wanted: Option<f64>,
 }
 
 impl LampLight {
