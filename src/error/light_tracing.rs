@@ -14,7 +14,13 @@
 //! picture's squared error in these parts, which is no more than the picture's (Jensen). So a difference that chance
 //! does not explain bounds the error from below: what neither patches nor paths from the camera ever met is seen here.
 //!
-//! Not handled: errors that leave the mean of every part as it is; highlights; light too rare for these walks as well.
+//! Walks that bring less than the picture shows may have missed rare ones. If the picture is right, of mean m in a part
+//! of P pixels, and N walks bring light in portions of v a pixel, theirs has the variance `m v / (N P)` (Poisson); no
+//! less is taken, with `v = sum v² / sum v` of the portions that came. The square of what few portions bring has the
+//! fourth cumulant `variance · v² / (N P)²` beside the normal distribution's, with `v² = sum v⁴ / sum v²`.
+//!
+//! Not handled: errors that leave the mean of every part as it is; highlights; light that walks bring in portions much
+//! larger than all others.
 
 use std::f64::consts::PI;
 
@@ -36,8 +42,9 @@ const FINEST: usize = 16;
 const BATCHES: usize = 64;
 /// Walks of a batch at least and at most.
 const WALKS: (u64, u64) = (256, 1 << 14);
-/// Standard errors beyond which chance does not explain a difference: 1 picture in 700, at three sizes of parts.
-const CERTAIN: f64 = 3.0;
+/// Standard errors beyond which chance does not explain a difference: of normal ones 1 picture in 10,000, at three
+/// sizes of parts.
+const CERTAIN: f64 = 4.0;
 
 /// How many walks are followed, and for which picture.
 #[derive(Clone, Copy, Debug)]
@@ -55,6 +62,11 @@ pub(crate) struct TracedParts {
     size: Size,
     /// Of every batch, the finest parts.
     batches: Vec<Vec<f64>>,
+    /// Walks in all.
+    walks: f64,
+    /// The portion of light that a walk brings a pixel, and the square of that which makes rare ones likely.
+    portion: f64,
+    rare: f64,
     /// Rays cast.
     pub rays: u64,
 }
@@ -75,11 +87,11 @@ impl AtLeast {
 
 /// Follows walks from what emits, and adds up what the camera sees of them.
 pub(crate) fn traced_parts(view: &View, transport: Transport, goal: &TracingGoal) -> TracedParts {
-    let walks = Walks::new(view.scene, view.rays, transport, &Emitters::of(view.scene));
+    let walks = Walks::new(view.scene, view.rays, transport, &Emitters::together());
     let count = (goal.walks / BATCHES as u64).clamp(WALKS.0, WALKS.1) as u32;
     let lens = Lens::new(view, goal.size);
     let batch = |batch: usize| {
-        let (mut sums, mut rays) = (vec![0.0; FINEST * FINEST], 0);
+        let (mut sums, mut portions, mut rays) = (vec![0.0; FINEST * FINEST], [0.0; 3], 0);
         let (mut hits, seed) = (Vec::new(), Purpose::LightTracing.seed(goal.seed));
         for walk in 0..count {
             let mut random = Stream::new(hash(batch as u32 * count + walk, seed));
@@ -87,16 +99,27 @@ pub(crate) fn traced_parts(view: &View, transport: Transport, goal: &TracingGoal
                 rays += 1;
                 if let Some((part, value)) = lens.sees(met) {
                     sums[part] += value;
+                    portions[0] += value;
+                    portions[1] += value.powi(2);
+                    portions[2] += value.powi(4);
                     rays += 1;
                 }
             });
         }
         sums.iter_mut().zip(&lens.pixels).for_each(|(sum, pixels)| *sum /= f64::from(count) * pixels.max(1.0));
-        (sums, rays)
+        (sums, portions, rays)
     };
     let found = Loop::each(BATCHES).map(batch);
-    let rays = found.iter().map(|(_, rays)| rays).sum();
-    TracedParts { size: goal.size, batches: found.into_iter().map(|(sums, _)| sums).collect(), rays }
+    let rays = found.iter().map(|(_, _, rays)| rays).sum();
+    let [sum, squares, fourths] = [0, 1, 2].map(|k| found.iter().map(|(_, portions, _)| portions[k]).sum::<f64>());
+    TracedParts {
+        size: goal.size,
+        batches: found.into_iter().map(|(sums, ..)| sums).collect(),
+        walks: f64::from(count) * BATCHES as f64,
+        portion: if sum > 0.0 { squares / sum } else { f64::INFINITY },
+        rare: if squares > 0.0 { fourths / squares } else { f64::INFINITY },
+        rays,
+    }
 }
 
 impl TracedParts {
@@ -117,10 +140,11 @@ impl TracedParts {
     /// The same for so many parts along each side; `own` are sums over so many pixels of the finest.
     fn error_in(&self, parts: usize, own: &[f64], pixels: &[f64]) -> AtLeast {
         let coarse = |k: usize| (k / FINEST * parts / FINEST) * parts + k % FINEST * parts / FINEST;
-        let mut count = vec![0.0; parts * parts];
+        let (mut count, mut shown) = (vec![0.0; parts * parts], vec![0.0; parts * parts]);
         let mut difference = vec![vec![0.0; parts * parts]; self.batches.len()];
         for (k, pixels) in pixels.iter().enumerate() {
             count[coarse(k)] += pixels;
+            shown[coarse(k)] += own[k];
             for (sums, batch) in difference.iter_mut().zip(&self.batches) {
                 sums[coarse(k)] += pixels * batch[k] - own[k];
             }
@@ -131,9 +155,13 @@ impl TracedParts {
             let of = |sums: &Vec<f64>| sums[part] / count;
             let mean = difference.iter().map(of).sum::<f64>() / n;
             let noise = difference.iter().map(|sums| (of(sums) - mean).powi(2)).sum::<f64>() / (n * (n - 1.0));
+            let of_few = shown[part].max(0.0) / count * self.portion / (self.walks * count);
+            let noise = if shown[part] > 0.0 { noise.max(of_few) } else { noise };
             let share = count / all;
             squared += share * (mean * mean - noise);
-            variance += share * share * (4.0 * mean * mean * noise + 2.0 * noise * noise);
+            // Of few large portions the square has a fourth cumulant too.
+            let fourth = if noise > 0.0 { noise * self.rare / (self.walks * count).powi(2) } else { 0.0 };
+            variance += share * share * (4.0 * mean * mean * noise + 2.0 * noise * noise + fourth);
         }
         AtLeast { squared, error: variance.sqrt() }
     }

@@ -47,7 +47,8 @@ pub(crate) struct Nearing<'a> {
 pub(crate) const NOBODY: Nearing<'static> = Nearing { told: Told::NOBODY, squared: 0.0, camera: 0.0 };
 
 impl Nearing<'_> {
-    /// Tells the share of the rows of pixels that have their first rays, after one more, also of a pass without an error.
+    /// Tells the share of the rows of pixels that have their first rays, after one more, also of a pass without an
+    /// error.
     pub(crate) fn first(&self, share: f64) {
         (self.told.rows)(1);
         if self.squared > 0.0 {

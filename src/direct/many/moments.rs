@@ -11,8 +11,8 @@
 //! the centroid, two on each principal axis and two between each pair of axes have enough weights for that, with a
 //! vector of each for every channel, so that this holds for every channel.
 //!
-//! Worth: rooms under 324 luminaires of two colours take 1.3 and 1.5 times the CPU seconds without at 5 and 2 %, under 36
-//! as many with as without.
+//! Worth: rooms under 324 luminaires of two colours take 1.3 and 1.5 times the CPU seconds without at 5 and 2 %, under
+//! 36 as many with as without.
 //!
 //! Not handled: occlusion; luminaires that face away from the receiver and points below its horizon, where
 //! [`crate::direct::many::light_cut`] takes parts of the node.

@@ -11,10 +11,6 @@
 //! of the sky and of emitters with holes, is the mean over one pair of rays in each of m² cells, whose differences are
 //! its variance.
 //!
-//! Where n rays agree in each of k pixels, the share that they missed is about 1/n of one pixel together, not of each: a
-//! share s missed in every pixel is missed by all k n rays with `(1 - s)^(k n)`. So the variance of what rays agree about
-//! is that of a pixel alone over k (Good, 1953).
-//!
 //! Pixels get four times the rays in the order of what that gains, until the noise of the emission that the picture
 //! shows is as requested.
 //!
@@ -92,16 +88,9 @@ pub(crate) fn measure_outlines(camera_rays: &CameraRays, pixels: &mut [Pixel], n
         due = next(&outlined, pixels, noise);
         due.iter().for_each(|&i| outlined[i].rays *= 4);
     }
-    let alike = alike(&outlined);
-    for mut own in outlined.into_iter().filter(|own| own.found.rays > 0) {
-        own.found.variance += own.found.doubt / alike;
+    for own in outlined.into_iter().filter(|own| own.found.rays > 0) {
         pixels[own.pixel].light.outline = Some(Box::new(own.found));
     }
-}
-
-/// The number of pixels in which rays agree about what may be emitted there; 1 at least.
-fn alike(outlined: &[Outlined]) -> f64 {
-    outlined.iter().filter(|own| own.found.doubt != DVec3::ZERO).count().max(1) as f64
 }
 
 /// The pixels to get more rays: those that lose most variance for a ray, until the noise is predicted to be as
@@ -111,8 +100,7 @@ fn next(outlined: &[Outlined], pixels: &[Pixel], noise: f64) -> Vec<usize> {
     let differs =
         |own: &Outlined| own.found.value.length_squared() - pixels[own.pixel].mean_emission().length_squared();
     let signal = others + outlined.iter().map(differs).sum::<f64>();
-    let alike = alike(outlined);
-    let variance = |own: &Outlined| (own.found.variance + own.found.doubt / alike).element_sum();
+    let variance = |own: &Outlined| own.found.variance.element_sum();
     // Slivers of what is bright show beside what is reflected, of whose error they are to be a small part.
     let reflected = pixels.iter().map(|pixel| pixel.weight() * pixel.reflected().length_squared()).sum::<f64>();
     let signal = if reflected > 0.0 { signal.min(reflected) } else { signal };
@@ -254,17 +242,17 @@ impl CameraRays<'_> {
             let first = *first.get_or_insert(pair[0]);
             agree &= pair == [first; 2];
         }
-        if agree {
+        let least = if agree {
             // Agreement is no proof.
-            let missed = aim.share * LikelyShare::of(rays, 0.0).deviation() * aim.doubted;
-            found.doubt += missed * missed;
+            aim.share * LikelyShare::of(rays, 0.0).deviation() * aim.doubted
         } else {
             // Pairs in few cells may agree about an edge that passes between them: of n rays that see a share s, well
             // spread, s (1 - s) n^-3/2.
             let whole = rays * most;
-            let least = (sum * (whole - sum)).max(DVec3::ZERO) * rays.powf(-1.5);
-            found.variance += variance.max(least);
-        }
+            (sum * (whole - sum)).max(DVec3::ZERO).map(f64::sqrt) * rays.powf(-0.75)
+        };
+        variance = variance.max(least * least);
+        found.variance += variance;
         found.rays += u64::from(2 * side * side);
     }
 }

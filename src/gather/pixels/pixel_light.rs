@@ -10,8 +10,6 @@ pub(crate) struct SeenEmission {
     pub value: DVec3,
     /// Squared standard error.
     pub variance: DVec3,
-    /// Squared standard error of what rays agree about, as if this pixel were the only one.
-    pub doubt: DVec3,
     /// The emitters' parts, where they are kept apart.
     pub emitters: Vec<DVec3>,
     /// Rays cast.
