@@ -15,12 +15,11 @@
 //! does not explain bounds the error from below: what neither patches nor paths from the camera ever met is seen here.
 //!
 //! Walks that bring less than the picture shows may have missed rare ones. If the picture is right, of mean m in a part
-//! of P pixels, and N walks bring light in portions of v a pixel, theirs has the variance `m v / (N P)` (Poisson); no
-//! less is taken, with `v = sum v² / sum v` of the portions that came. The square of what few portions bring has the
-//! fourth cumulant `variance · v² / (N P)²` beside the normal distribution's, with `v² = sum v⁴ / sum v²`.
+//! of P pixels, and N walks bring light in portions of v a pixel, theirs has the variance `m v / (N P)` (Poisson), and
+//! its square the fourth cumulant `m v³ / (N P)³` beside the normal distribution's. No less is taken, with what white
+//! surfaces would have reflected as portions: `v = sum v² / sum v`, and `sum v⁴ / sum v²` for its square.
 //!
-//! Not handled: errors that leave the mean of every part as it is; highlights; light that walks bring in portions much
-//! larger than all others.
+//! Not handled: errors that leave the mean of every part as it is; highlights.
 
 use std::f64::consts::PI;
 
@@ -64,7 +63,7 @@ pub(crate) struct TracedParts {
     batches: Vec<Vec<f64>>,
     /// Walks in all.
     walks: f64,
-    /// The portion of light that a walk brings a pixel, and the square of that which makes rare ones likely.
+    /// The portion of light that a walk may bring a pixel, and the square of that by fourth powers.
     portion: f64,
     rare: f64,
     /// Rays cast.
@@ -97,11 +96,10 @@ pub(crate) fn traced_parts(view: &View, transport: Transport, goal: &TracingGoal
             let mut random = Stream::new(hash(batch as u32 * count + walk, seed));
             walks.follow(&mut random, goal.terms, &mut hits, |met: &Met| {
                 rays += 1;
-                if let Some((part, value)) = lens.sees(met) {
-                    sums[part] += value;
-                    portions[0] += value;
-                    portions[1] += value.powi(2);
-                    portions[2] += value.powi(4);
+                if let Some((part, kernel)) = lens.sees(met) {
+                    sums[part] += kernel * met.reflected.element_sum();
+                    let white = kernel * met.carried;
+                    portions.iter_mut().zip([1, 2, 4]).for_each(|(sum, power)| *sum += white.powi(power));
                     rays += 1;
                 }
             });
@@ -195,8 +193,8 @@ impl<'a> Lens<'a> {
         Lens { view, size, half: [half * aspect, half], scale: view.scene.frame.in_metres(), pixels }
     }
 
-    /// What a surface adds to the radiance of a pixel, times the pixel's share of the finest part it is in; none where
-    /// the camera does not see it.
+    /// The finest part that a surface is seen in, and the mean radiance of its pixel for a power reflected there; none
+    /// where the camera does not see it.
     fn sees(&self, met: &Met) -> Option<(usize, f64)> {
         let camera = &self.view.scene.camera;
         let way = met.position - camera.position;
@@ -216,9 +214,8 @@ impl<'a> Lens<'a> {
             return None;
         }
         let area = 4.0 * self.half[0] * self.half[1] / (width * height) as f64;
-        let radiance = met.reflected.element_sum() / (3.0 * PI * self.scale * self.scale);
         let kernel = cosine / (distance * distance * (along / distance).powi(3) * area);
-        Some((part_of(self.size, pixel), kernel * radiance))
+        Some((part_of(self.size, pixel), kernel / (3.0 * PI * self.scale * self.scale)))
     }
 }
 

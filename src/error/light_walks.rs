@@ -109,6 +109,8 @@ pub(crate) struct Met {
     pub side: Side,
     /// What of the walk the visible half reflects there, W.
     pub reflected: DVec3,
+    /// What the walk carries, channels added, W.
+    pub carried: f64,
 }
 
 /// All walks of a scene in one mode.
@@ -231,8 +233,9 @@ impl<'a> Walks<'a> {
             let weight = |hit: &Hit| carried.unwrap_or_else(|| start.power(f64::from(hit.t)));
             let mut arrived = 0.0_f64;
             let next = self.arrive(&ray, hits, weight, random, |hit, reflected, _| {
-                arrived = arrived.max(weight(hit).element_sum());
-                meet(&Met { position: ray.at(hit.t), face: hit.face, side: hit.side, reflected });
+                let carried = weight(hit).element_sum();
+                arrived = arrived.max(carried);
+                meet(&Met { position: ray.at(hit.t), face: hit.face, side: hit.side, reflected, carried });
             });
             let Some((next, passed)) = next else { return };
             let survival = (passed.element_sum() / arrived).min(1.0);

@@ -1,8 +1,8 @@
 //! Whether a picture agrees with walks of light, which come from the other side and share nothing with it
 //! ([`crate::error::light_tracing`]).
 //!
-//! Where they do not, by more than chance explains and by more than is stated, the error is what they show. Walks are as
-//! many as take a small share of the picture's rays.
+//! Where they do not, by more than chance explains and by more than is stated, the error is what they show. Walks take
+//! a small share of the picture's rays.
 //!
 //! Not handled: what to mend; the picture stays as it is.
 
