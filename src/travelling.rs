@@ -90,7 +90,7 @@ structs! {
     SurfaceKey { plane, side, material }
     Layer { key, first, count, sum, reflected, origins }
     Footprint { key, face, rho, extent }
-    SeenEmission { value, variance, emitters, rays }
+    SeenEmission { value, variance, doubt, is_rare, emitters, rays }
     PixelLight { emitted, glows, outline, lit, ambient, emitters }
     Met { emitting, reflecting, backs, rays, reach }
     PixelNoise { basis, differed, predicted, noted, is_explained }

@@ -11,6 +11,12 @@
 //! of the sky and of emitters with holes, is the mean over one pair of rays in each of m² cells, whose differences are
 //! its variance.
 //!
+//! Where n rays agree in each of k pixels, they missed about as much as was seen by one ray alone in f other pixels:
+//! 1/n of a pixel for each of those and for one more, not of each of the k (Good, 1953). So the variance of what rays
+//! agree about is that of a pixel alone times `(f + 1) / k`, at most 1. Worth: a window deep in a wall before a bright
+//! panel out of view, 5 %: 4.6 to 4.9 % stated and 1.0 CPU s, 8.9 % and 1.5 with a doubt for each pixel
+//! (`tests/data/hard/reveals`).
+//!
 //! Pixels get four times the rays in the order of what that gains, until the noise of the emission that the picture
 //! shows is as requested.
 //!
@@ -88,9 +94,18 @@ pub(crate) fn measure_outlines(camera_rays: &CameraRays, pixels: &mut [Pixel], n
         due = next(&outlined, pixels, noise);
         due.iter().for_each(|&i| outlined[i].rays *= 4);
     }
-    for own in outlined.into_iter().filter(|own| own.found.rays > 0) {
+    let missed = missed(&outlined);
+    for mut own in outlined.into_iter().filter(|own| own.found.rays > 0) {
+        own.found.variance += missed * own.found.doubt;
         pixels[own.pixel].light.outline = Some(Box::new(own.found));
     }
+}
+
+/// The share of the pixels in which rays agree about what may be emitted there that are taken to be wrong.
+fn missed(outlined: &[Outlined]) -> f64 {
+    let alike = outlined.iter().filter(|own| own.found.doubt != DVec3::ZERO).count();
+    let alone = outlined.iter().filter(|own| own.found.is_rare).count();
+    ((alone + 1) as f64 / alike.max(1) as f64).min(1.0)
 }
 
 /// The pixels to get more rays: those that lose most variance for a ray, until the noise is predicted to be as
@@ -100,7 +115,8 @@ fn next(outlined: &[Outlined], pixels: &[Pixel], noise: f64) -> Vec<usize> {
     let differs =
         |own: &Outlined| own.found.value.length_squared() - pixels[own.pixel].mean_emission().length_squared();
     let signal = others + outlined.iter().map(differs).sum::<f64>();
-    let variance = |own: &Outlined| own.found.variance.element_sum();
+    let missed = missed(outlined);
+    let variance = |own: &Outlined| (own.found.variance + missed * own.found.doubt).element_sum();
     // Slivers of what is bright show beside what is reflected, of whose error they are to be a small part.
     let reflected = pixels.iter().map(|pixel| pixel.weight() * pixel.reflected().length_squared()).sum::<f64>();
     let signal = if reflected > 0.0 { signal.min(reflected) } else { signal };
@@ -242,17 +258,19 @@ impl CameraRays<'_> {
             let first = *first.get_or_insert(pair[0]);
             agree &= pair == [first; 2];
         }
-        let least = if agree {
+        if agree {
             // Agreement is no proof.
-            aim.share * LikelyShare::of(rays, 0.0).deviation() * aim.doubted
+            let missed = aim.share * LikelyShare::of(rays, 0.0).deviation() * aim.doubted;
+            found.doubt += missed * missed;
         } else {
             // Pairs in few cells may agree about an edge that passes between them: of n rays that see a share s, well
             // spread, s (1 - s) n^-3/2.
             let whole = rays * most;
-            (sum * (whole - sum)).max(DVec3::ZERO).map(f64::sqrt) * rays.powf(-0.75)
-        };
-        variance = variance.max(least * least);
-        found.variance += variance;
+            let least = (sum * (whole - sum)).max(DVec3::ZERO) * rays.powf(-1.5);
+            found.variance += variance.max(least);
+            let other = sum.element_sum() / most.element_sum();
+            found.is_rare |= other.min(rays - other) < 1.5;
+        }
         found.rays += u64::from(2 * side * side);
     }
 }
