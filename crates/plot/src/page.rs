@@ -371,14 +371,14 @@ mod tests {
     use halflight::light::Rgb;
 
     fn cell(name: &str, shown: Shown) -> Cell {
-        Cell { above: Heading::new(name, "alpha 1"), shown, below: "note".into() }
+        Cell { above: Heading::new(name, "α = 1"), shown, below: "note".into() }
     }
 
     fn page(style: Style) -> Page {
         let picture = Picture::filled(100, 60, Rgb::new(0.2, 0.1, 0.05));
         let lit = cell("global", Shown::image(&picture, Exposure { stops: 2.0 }));
         let rows = [vec![lit, cell("shadowless", Shown::Absent("diverges".into()))], vec![cell("local", Shown::Blank)]];
-        let row = |cells| PageRow { heading: Heading::new("alpha 1", ""), cells };
+        let row = |cells| PageRow { heading: Heading::new("α = 1", ""), cells };
         let (title, caption) = ("Four modes".to_owned(), "a room".to_owned());
         Page { title, rows: rows.map(row).into(), caption, panel: (100, 60).into(), style }
     }
@@ -401,7 +401,7 @@ mod tests {
     #[test]
     fn documents_name_what_they_show_and_empty_pages_do_not_fail() {
         let svg = page(Style::Print).drawing().svg();
-        for text in ["Four modes", "global", "alpha 1", "diverges", "note", "a room", "data:image/png"] {
+        for text in ["Four modes", "global", "α = 1", "diverges", "note", "a room", "data:image/png"] {
             assert!(svg.contains(text), "{text}");
         }
         let empty = Page { rows: Vec::new(), title: String::new(), ..page(Style::Print) };
