@@ -170,7 +170,7 @@ fn arguments() -> Result<Cli, clap::Error> {
         _ => arg,
     };
     let command = Cli::command().mut_args(numbers);
-    let matches = command.mut_subcommands(|c| c.mut_args(numbers)).try_get_matches();
+    let matches = command.mut_subcommands(|c| c.mut_args(numbers).after_help(MANUAL)).try_get_matches();
     matches.and_then(|matches| Cli::from_arg_matches(&matches)).map_err(with_render_before_scenes)
 }
 

@@ -88,7 +88,7 @@ fn what_people_type_is_answered() {
 /// What is guessed stands before what is left out, and that before what is only simpler, wherever each is in the file.
 #[test]
 fn the_worst_is_told_first() {
-    let obj = "mtllib lost.mtl\np 1\nvn 1 0 1\nv 0 0 0\nv 1 0 0\nv 0 1 0\ns 1\nusemtl white\nf 1//1 2//1 3//1\n";
+    let obj = "mtllib lost.mtl\np 1\nv 0 0 0\nv 1 0 0\nv 0 1 0\ns 1\nusemtl white\nf 1 2 3\n";
     let place = place(&[("smooth.obj", obj)]);
     let ran = succeed(&place, &format!("render smooth.obj --light sky --mode local {SMALL}"));
     let at = |words: &str| ran.err.find(words).unwrap_or_else(|| panic!("{words}: {}", ran.err));
