@@ -69,7 +69,9 @@ def report(folder: Path, light: hl.Irradiance, picture: hl.Picture) -> Path:
     ]
     powers = [{"name": n, "emitted": list(p), "reflected": [1, 2, 3]} for n, p in picture.luminaires.items()]
     file = folder / "room.json"
-    file.write_text(json.dumps({"modes": [{"luminaires": powers, "points": points, "files": ["room.exr"]}], "files": []}))
+    file.write_text(
+        json.dumps({"modes": [{"luminaires": powers, "points": points, "files": ["room.exr"]}], "files": []})
+    )
     return file
 
 
