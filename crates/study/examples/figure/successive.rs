@@ -1,9 +1,9 @@
 //! Successive approximation: the bounce series of every mode in pictures.
 //!
 //! The terms E, KE, K²E, ... of each mode stand in a row, and under each the sum up to it; the last column has all
-//! later terms together, and L; E is left out where it is black. Sums share one exposure; terms after KE are brightened
-//! by powers of two to about the brightness of KE, and say so. Modes whose series diverges have no L and no rows: the
-//! caption names them. Not handled: errors; the effort is given.
+//! later terms together, and L. E stands there once, unless it is black. Sums share one exposure; terms after KE are
+//! brightened by powers of two to about the brightness of KE, and say so. Modes whose series diverges have no L and no
+//! rows: the caption names them. Not handled: errors; the effort is given.
 
 use crate::common::{Failure, too_large};
 use crate::page::{PageSettings, exposure_for, exposure_words};
@@ -61,7 +61,6 @@ impl Successive {
             _ if self.verdict == Verdict::Ends && n == 1 => "L = E + KE".to_owned(),
             _ if self.verdict == Verdict::Ends && n >= self.count() => return blank(""),
             _ if n >= self.count() => "L".to_owned(),
-            0 => term_name(0),
             1 => "E + KE".into(),
             2 => "E + KE + K²E".into(),
             n => format!("E + … + {}", term_name(n)),
@@ -109,17 +108,19 @@ pub fn successive(settings: &PageSettings, series: &[Successive]) -> Page {
             let cells = (first..s.terms.len()).map(cell).collect();
             rows.push(PageRow { heading: Heading::new(s.transport.label(), what), cells });
         };
-        row("terms", &|n| s.term(n, exposure));
-        row("sums", &|n| s.sum(sums, n, exposure));
+        // Once is enough.
+        let is_first = std::ptr::eq(*s, summed[0].0);
+        row("terms", &|n| if n == 0 && !is_first { blank("") } else { s.term(n, exposure) });
+        row("sums", &|n| if n == 0 { blank("") } else { s.sum(sums, n, exposure) });
     }
     let without_rows = series.iter().filter(|s| s.count() < 2).map(|s| {
         let Bounds { lower, upper } = s.radius;
         format!(" No rows for {}: {}, spectral radius {lower:.3} to {upper:.3}.", s.transport.label(), s.verdict.name())
     });
-    let dark = if is_dark { " E is black, as no luminaire is in view, and left out." } else { "" };
+    let of_e = if is_dark { "is black, as no luminaire is in view, and left out" } else { "is the same in every mode" };
     let caption = format!(
-        "Scene {}. Upper row of each mode: single terms of the series. Lower row: their sums. One {} for all \
-         sums.{dark}{}",
+        "Scene {}. Upper row of each mode: single terms of the series. Lower row: their sums. E {of_e}. One {} \
+         for all sums.{}",
         settings.scene.name,
         exposure_words(exposure),
         without_rows.collect::<String>(),
@@ -144,11 +145,13 @@ mod tests {
         assert_eq!(page.rows.len(), 8);
         assert_eq!(names(0), ["E", "KE", "K²E", "K³E", "K⁴E", "all later terms"]);
         assert_eq!(names(1)[3..], ["E + … + K³E", "E + … + K⁴E", "L"]);
-        assert_eq!(names(7)[..2], ["E", "L = E + KE"]);
+        // E once, as it is the same everywhere.
+        assert_eq!(names(7)[..2], ["", "L = E + KE"]);
+        let shows_e = |row: &&PageRow| row.cells[0].above.name == "E";
+        assert_eq!(page.rows.iter().filter(shows_e).count(), 1);
         // Later terms are brightened, sums are not; where a mode ends L is E + KE.
         let cell = |row: usize, column: usize| &page.rows[row].cells[column];
         assert!(cell(0, 4).above.note.ends_with(" times brighter") && cell(1, 5).above.note.is_empty());
-        assert_eq!(codes(cell(0, 0)), codes(cell(1, 0)));
         assert!(codes(cell(4, 1)) < codes(cell(5, 1)));
     }
 
