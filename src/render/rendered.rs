@@ -248,8 +248,8 @@ impl Display for Unmet {
             Shortfall::Contradicted => {
                 return write!(
                     f,
-                    "estimated error {:.2} %, more than the {:.2} % asked for: walks of light from what emits bring other \
-                     light to the picture than it shows",
+                    "the error is at least {:.2} %, more than the {:.2} % asked for: walks of light from what emits bring \
+                     other light to the picture than it shows",
                     100.0 * error.total,
                     100.0 * tolerance,
                 );
