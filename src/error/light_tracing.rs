@@ -61,6 +61,8 @@ pub(crate) struct TracedParts {
     size: Size,
     /// Of every batch, the finest parts.
     batches: Vec<Vec<f64>>,
+    /// Pixels of each of these.
+    pixels: Vec<f64>,
     /// Walks in all.
     walks: f64,
     /// The portion of light that a walk may bring a pixel, and the square of that by fourth powers.
@@ -113,6 +115,7 @@ pub(crate) fn traced_parts(view: &View, transport: Transport, goal: &TracingGoal
     TracedParts {
         size: goal.size,
         batches: found.into_iter().map(|(sums, ..)| sums).collect(),
+        pixels: lens.pixels,
         walks: f64::from(count) * BATCHES as f64,
         portion: if sum > 0.0 { squares / sum } else { f64::INFINITY },
         rare: if squares > 0.0 { fourths / squares } else { f64::INFINITY },
@@ -123,24 +126,18 @@ pub(crate) fn traced_parts(view: &View, transport: Transport, goal: &TracingGoal
 impl TracedParts {
     /// The least squared error of a picture of reflected light, of the sizes of parts that which is most certain.
     pub(crate) fn error_of(&self, reflected: impl Fn(usize) -> DVec3) -> AtLeast {
-        let (mut own, mut pixels) = (vec![0.0; FINEST * FINEST], vec![0.0; FINEST * FINEST]);
-        let Size { width, height } = self.size;
-        for k in 0..width * height {
-            let part = part_of(self.size, [k % width, k / width]);
-            own[part] += reflected(k).element_sum() / 3.0;
-            pixels[part] += 1.0;
-        }
-        let found = PARTS.map(|parts| self.error_in(parts, &own, &pixels));
+        let own = summed(self.size, |k| reflected(k).element_sum() / 3.0);
+        let found = PARTS.map(|parts| self.error_in(parts, &own));
         let most = found.into_iter().max_by(|a, b| a.certain().total_cmp(&b.certain()));
         most.unwrap_or_default()
     }
 
-    /// The same for so many parts along each side; `own` are sums over so many pixels of the finest.
-    fn error_in(&self, parts: usize, own: &[f64], pixels: &[f64]) -> AtLeast {
+    /// The same for so many parts along each side; `own` are sums over the pixels of the finest.
+    fn error_in(&self, parts: usize, own: &[f64]) -> AtLeast {
         let coarse = |k: usize| (k / FINEST * parts / FINEST) * parts + k % FINEST * parts / FINEST;
         let (mut count, mut shown) = (vec![0.0; parts * parts], vec![0.0; parts * parts]);
         let mut difference = vec![vec![0.0; parts * parts]; self.batches.len()];
-        for (k, pixels) in pixels.iter().enumerate() {
+        for (k, pixels) in self.pixels.iter().enumerate() {
             count[coarse(k)] += pixels;
             shown[coarse(k)] += own[k];
             for (sums, batch) in difference.iter_mut().zip(&self.batches) {
@@ -170,6 +167,15 @@ fn part_of(Size { width, height }: Size, [x, y]: [usize; 2]) -> usize {
     (y * FINEST / height) * FINEST + x * FINEST / width
 }
 
+/// Sums of a value of every pixel over the finest parts.
+fn summed(size: Size, value: impl Fn(usize) -> f64) -> Vec<f64> {
+    let mut sums = vec![0.0; FINEST * FINEST];
+    for k in 0..size.width * size.height {
+        sums[part_of(size, [k % size.width, k / size.width])] += value(k);
+    }
+    sums
+}
+
 /// How the camera sees surfaces.
 struct Lens<'a> {
     view: &'a View<'a>,
@@ -186,11 +192,8 @@ impl<'a> Lens<'a> {
     fn new(view: &'a View<'a>, size: Size) -> Lens<'a> {
         let half = 0.5 * size.height as f64 * view.scene.camera.pixel(size.height);
         let aspect = size.width as f64 / size.height as f64;
-        let mut pixels = vec![0.0; FINEST * FINEST];
-        for k in 0..size.width * size.height {
-            pixels[part_of(size, [k % size.width, k / size.width])] += 1.0;
-        }
-        Lens { view, size, half: [half * aspect, half], scale: view.scene.frame.in_metres(), pixels }
+        let scale = view.scene.frame.in_metres();
+        Lens { view, size, half: [half * aspect, half], scale, pixels: summed(size, |_| 1.0) }
     }
 
     /// The finest part that a surface is seen in, and the mean radiance of its pixel for a power reflected there; none
