@@ -113,9 +113,11 @@ impl Progress {
         }
         self.done = self.done.max((aim.number as f64 + done) / aim.of as f64);
         if self.done > 0.0 {
-            let left = self.began.elapsed().mul_f64((1.0 - self.done) / self.done);
+            let left = self.began.elapsed().as_secs_f64() * (1.0 - self.done) / self.done;
             if let Ok(mut end) = self.end.lock() {
-                *end = Some(Instant::now() + left);
+                // More than a clock can tell is not said.
+                let left = Duration::try_from_secs_f64(left).ok();
+                *end = left.and_then(|left| Instant::now().checked_add(left));
             }
         }
         self.say();
@@ -222,5 +224,9 @@ mod tests {
         assert_eq!((progress.done, progress.bar.position()), (1.0, LENGTH));
         progress.end();
         assert!(progress.aim.is_none());
+        // A first error beyond all bounds.
+        progress.aim(aim(0));
+        progress.near(near(1e30, 1e-40));
+        assert!(progress.end.lock().unwrap().is_none());
     }
 }
