@@ -7,7 +7,7 @@ use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::direct::many::light_cut::{Chance, LightCut, Seen, SeenSum};
-use crate::error::light_walks::TermPower;
+use crate::error::bounce_powers::TermPower;
 use crate::form_factors::chebyshev::{Rectangle, Tiles};
 use crate::form_factors::layers::{Crossing, Row};
 use crate::form_factors::sampled::Sums;

@@ -110,6 +110,27 @@ fn terms_are_as_near_finer_ones_as_stated() {
     }
 }
 
+/// A dark room, reflectance 0.05, and behind a hole of 8 mm a white closet, 0.98 (tests/data/closet): one walk in a
+/// hundred thousand enters, and carries nearly all of the later terms. What a lamp of 0.4 m, radiance 100, sends through
+/// the hole is the closed form of a small source, `L A cos cos' / d²` times the area of the hole, and 0.98 of it is
+/// left after each bounce.
+#[test]
+fn a_rare_bright_place_is_in_later_terms_or_in_their_error() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/closet/closet.toml");
+    let scene = Scene::open(path).expect("a correct scene");
+    let n = 6;
+    let (down, across) = (1.49_f64, 1.5_f64);
+    let entering = 100.0 * 0.4 * 0.4 * down * across / (down * down + across * across).powi(2) * 0.008_f64.powi(2);
+    let expected = entering * 0.98_f64.powi(n);
+    for seed in [0, 1] {
+        let found = Solver::new(&scene).seed(seed).bounces(Mode::Global, n as usize).tolerance(0.02);
+        let (power, error) = (found.solution.bounces[n as usize].power[0], found.errors[n as usize]);
+        // The terms between add what the room reflects there, 3 % of what the lamp sends.
+        assert!((power / expected - 1.03).abs() <= 3.0 * error + 0.02, "{power:e} {expected:e} ± {error}");
+        assert!(error < 1.0 && (error <= 0.02) == (found.end == Some(End::Met)), "{error}");
+    }
+}
+
 /// Two modes in one scene (tests/data/hybrid): a block without shadow, another that lets half of the light through.
 #[test]
 fn a_scene_of_two_modes_agrees_with_path_tracing() {

@@ -4,6 +4,7 @@
 //! Not handled: errors of the gather pass, which it estimates itself with `halves::Halves`; what is done about an
 //! error, which is up to [`crate::render`].
 
+pub(crate) mod bounce_powers;
 pub(crate) mod halves;
 pub(crate) mod importance_paths;
 pub(crate) mod light_tracing;
@@ -11,6 +12,7 @@ pub(crate) mod light_walks;
 pub(crate) mod reading_distance;
 pub(crate) mod residual;
 pub(crate) mod sampled_pixels;
+pub(crate) mod walk_sources;
 
 pub use importance_paths::ImportancePaths;
 pub(crate) use reading_distance::nearest_read;

@@ -1,19 +1,21 @@
 //! The terms of the bounce series to a tolerance: powers by walks of light, everything else on patches of a size.
 //!
-//! Walks of light ([`crate::error::light_walks`]) know no patches, so the powers of terms that they measure have no
+//! Walks of light ([`crate::error::bounce_powers`]) know no patches, so the powers of terms that they measure have no
 //! error but their standard error. Patches that lie half inside walls or half in the sun get each bounce wrong by more
 //! than the one before (5 % at K⁸E in a furnished staircase with 0.65 % stated by two levels of them), so norms,
 //! ratios, bounds and pictures alone are those of the patches.
 //!
-//! Not handled: errors of norms and pictures of single terms; light that no walk finds, whose power stays that of the
-//! patches with an error of 100 %.
+//! Where walks bring far less than patches have they missed a place, and more of them are taken. What they still miss
+//! stays as patches have it, with the difference for its error.
+//!
+//! Not handled: errors of norms and pictures of single terms.
 
 use std::sync::Arc;
 use std::time::Instant;
 
 use halflight_team::{deadline_after, is_over};
 
-use crate::error::light_walks::{WalkGoal, WalkedPowers, walked_powers};
+use crate::error::bounce_powers::{WalkGoal, WalkedPowers, walked_powers};
 use crate::light::{Light, Transport};
 use crate::operator::{EmitterLight, LinearOperator};
 use crate::render::assembly::{Assembled, Discretization, Watch, assemble};
@@ -24,7 +26,7 @@ use crate::solve::{Solution, each_bounce, explore, powers};
 
 /// Standard errors of the walks that are aimed at, as a share of the tolerance.
 const WALKS: f64 = 0.5;
-/// Share of the time given that walks may take.
+/// Share of the time left that walks may take; pictures are made of the rest.
 const WALKS_TIME: f64 = 0.5;
 
 /// What ended the search for a tolerance.
@@ -142,10 +144,7 @@ pub(crate) fn bounces_to_tolerance(
     goal: &TermsGoal,
     watch: &dyn Watch,
 ) -> BounceSeries {
-    let deadline = goal.time.and_then(|time| deadline_after(Instant::now(), WALKS_TIME * time));
-    let emitters = Arc::clone(&first.luminaires.emitters);
-    let walks = WalkGoal { count: goal.count, error: WALKS * goal.tolerance, deadline, seed: goal.seed, emitters };
-    let walked = walked_powers(&first.geometry.scene, &first.geometry.rays, transport, &walks);
+    let began = Instant::now();
     let fineness = Fineness::of_terms(goal.tolerance);
     let sampling = fineness.sampling(goal.seed);
     let p = first.cut(fineness.patches);
@@ -154,7 +153,18 @@ pub(crate) fn bounces_to_tolerance(
     let lights = p.lights(p.transports(transport), goal.tolerance);
     let mode = assemble(&[(transport, lights)], &*p.rows, &sampling, watch).0.remove(0);
     let mut solution = explore(&mode.operator, goal.count);
-    let errors = take_powers(&mut solution, &walked);
+    let left = |time: f64| time - began.elapsed().as_secs_f64();
+    let deadline = goal.time.and_then(|time| deadline_after(Instant::now(), WALKS_TIME * left(time).max(0.0)));
+    let walks = WalkGoal {
+        count: goal.count,
+        error: WALKS * goal.tolerance,
+        deadline,
+        seed: goal.seed,
+        emitters: Arc::clone(&first.luminaires.emitters),
+        on_patches: solution.bounces[1..].iter().map(|bounce| bounce.power.iter().sum()).collect(),
+    };
+    let walked = walked_powers(&first.geometry.scene, &first.geometry.rays, transport, &walks);
+    let errors = take_powers(&mut solution, &walked, &walks);
     let end = match errors.iter().all(|&error| error <= goal.tolerance) {
         true => End::Met,
         false if is_over(deadline) => End::Time,
@@ -164,19 +174,23 @@ pub(crate) fn bounces_to_tolerance(
     BounceSeries { mode, solution, errors, end: Some(end), emitters }
 }
 
-/// Gives the terms the powers that walks measured, and returns their errors.
-fn take_powers(solution: &mut Solution, walked: &WalkedPowers) -> Vec<f64> {
-    let terms = walked.terms.iter().zip(&walked.errors);
-    for (bounce, (term, _)) in solution.bounces[1..].iter_mut().zip(terms).filter(|(_, (term, _))| term.is_known()) {
-        (bounce.power, bounce.power_invisible) = (term.visible.to_array(), term.invisible.to_array());
-    }
-    let error = |(n, bounce): (usize, &crate::solve::Bounce)| {
-        match n.checked_sub(1).and_then(|k| Some((walked.terms.get(k)?, walked.errors[k]))) {
-            Some((term, error)) if term.is_known() => error,
-            // E is exact, and a term of no power has no error.
-            _ if n == 0 || bounce.power.iter().all(|&power| power == 0.0) => 0.0,
+/// Gives the terms the powers that walks measured, and returns their errors. A term that walks missed keeps the power
+/// that it has on patches, and the share that walks did not bring is its error.
+fn take_powers(solution: &mut Solution, walked: &WalkedPowers, walks: &WalkGoal) -> Vec<f64> {
+    // E is exact.
+    let mut errors = vec![0.0];
+    for (k, bounce) in solution.bounces[1..].iter_mut().enumerate() {
+        let on_patches = walks.on_patches[k];
+        errors.push(match walked.terms.get(k) {
+            Some(term) if walks.is_missed(k, term) => 1.0 - term.0.total() / on_patches,
+            Some((term, error)) if term.is_known() => {
+                (bounce.power, bounce.power_invisible) = (term.visible.to_array(), term.invisible.to_array());
+                *error
+            }
+            // A term of no power has no error.
+            _ if on_patches == 0.0 => 0.0,
             _ => 1.0,
-        }
-    };
-    solution.bounces.iter().enumerate().map(error).collect()
+        });
+    }
+    errors
 }
