@@ -18,6 +18,7 @@ use crate::gather::pixels::pixel_layer::{Layer, SurfaceKey};
 use crate::gather::pixels::pixel_light::{PixelLight, SeenEmission};
 use crate::gather::pixels::pixel_noise::{Basis, PixelNoise};
 use crate::gather::pixels::pixel_texture::{Footprint, PixelTexture};
+use crate::gather::pixels::textured_light::{HalfLight, TexturedLight};
 use crate::gather::records::fit_error::LayerFit;
 use crate::gather::records::guiding::CellSums;
 use crate::gather::records::indirect_light::PixelIndirect;
@@ -91,7 +92,9 @@ structs! {
     Layer { key, first, count, sum, reflected, origins }
     Footprint { key, face, rho, extent }
     SeenEmission { value, variance, doubt, is_rare, emitters, rays }
-    PixelLight { emitted, glows, outline, lit, ambient, emitters }
+    PixelLight { emitted, glows, outline, lit, textured, ambient, emitters }
+    TexturedLight { halves }
+    HalfLight { count, light, off }
     Met { emitting, reflecting, backs, rays, reach }
     PixelNoise { basis, differed, predicted, noted, is_explained }
     Pixel { count, light, met, layers, texture, small_faces, noise, counts_emission }

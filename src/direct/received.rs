@@ -66,10 +66,20 @@ impl LightSum {
         self.agreement = Agreement::default();
     }
 
-    /// Adds the light of other receivers.
+    /// Adds the light of other receivers, and what their rays found.
     pub(crate) fn join(&mut self, other: &LightSum) {
-        other.by_emitter(|emitter, light| self.add(emitter, light));
+        self.join_weighted(DVec3::ONE, other);
+    }
+
+    /// The same, the light times a weight per channel.
+    pub(crate) fn join_weighted(&mut self, weight: DVec3, other: &LightSum) {
+        self.add_weighted(weight, other);
         self.agreement.join(&other.agreement);
+    }
+
+    /// Adds light of other receivers times a weight per channel, without what rays found.
+    pub(crate) fn add_weighted(&mut self, weight: DVec3, other: &LightSum) {
+        other.by_emitter(|emitter, light| self.add(emitter, weight * light));
     }
 
     /// Adds light of an emitter.

@@ -2,6 +2,7 @@
 //!
 //! Not tested here: what Mitsuba makes of the same textures; docs/validation.md has that.
 
+mod barrier;
 mod emission;
 mod files;
 mod glb;

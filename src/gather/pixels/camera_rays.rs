@@ -13,7 +13,7 @@ use crate::gather::pixels::pixel::Pixel;
 use crate::gather::pixels::pixel_cell::{cell_corners, cells_to_a_side};
 use crate::gather::pixels::pixel_layer::SurfaceKey;
 use crate::gather::pixels::pixel_light::of_emitter;
-use crate::gather::pixels::pixel_texture::{Adjusted, PixelCells, PixelTexture, SeenPoint, surfaces};
+use crate::gather::pixels::pixel_texture::{PixelCells, PixelTexture, SeenPoint, surfaces};
 use crate::light::Rgb;
 use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Sobol, hash};
@@ -53,10 +53,13 @@ pub(crate) struct CameraRays<'a> {
 }
 
 /// Memory that one thread uses again for each pixel.
+#[derive(Default)]
 pub(crate) struct PixelScratch {
     memory: Memory,
     /// Direct light and highlights.
     sum: LightSum,
+    /// Direct light at one point.
+    own: LightSum,
     /// The points seen.
     seen: Vec<SeenPoint>,
 }
@@ -85,30 +88,29 @@ impl<'a> CameraRays<'a> {
 
     /// Memory for one thread.
     pub(crate) fn scratch(&self) -> PixelScratch {
-        PixelScratch { memory: Memory::default(), sum: LightSum::default(), seen: Vec::new() }
+        PixelScratch::default()
     }
 
     /// Casts camera rays until each half has `count`.
     pub(crate) fn extend(&self, k: usize, pixel: &mut Pixel, count: u32, scratch: &mut PixelScratch) {
+        let more = count - pixel.count;
         for half in 0..2 {
             scratch.sum.clear();
             let mut seen = std::mem::take(&mut scratch.seen);
             seen.clear();
-            let first = self.camera_ray(k, half, 0, cells_to_a_side(count - pixel.count));
+            let first = self.camera_ray(k, half, 0, cells_to_a_side(more));
             let ray = |index: u32| CameraRay { index, ..first };
             seen.extend((pixel.count..count).flat_map(|index| self.seen(k, ray(index))));
-            let all = seen.len() as u32 == count - pixel.count && seen.iter().all(|point| point.share == 1.0);
             let eye = self.view.scene.camera.position;
             let met = seen.chunk_by(|a, b| a.index == b.index).count() as u32;
-            let beyond = (met < count - pixel.count).then_some(f32::INFINITY);
+            let beyond = (met < more).then_some(f32::INFINITY);
             let distances = seen.iter().map(|point| point.position.distance(eye)).chain(beyond);
             distances.for_each(|distance| pixel.met.extend_reach(distance));
-            let adjusted = pixel.texture.see(self.view, k, &seen, all);
-            if self.textured && matches!(pixel.texture, PixelTexture::Varied) {
-                self.average(k, count - pixel.count, &mut seen);
+            if self.textured {
+                self.find_means(k, &mut pixel.texture, more, &mut seen);
             }
             for points in seen.chunk_by(|a, b| a.index == b.index) {
-                let shade = |point: &SeenPoint| self.shade(point, adjusted, ray(point.index), pixel, scratch);
+                let shade = |point: &SeenPoint| self.shade(point, ray(point.index), pixel, scratch);
                 let emitting = points.iter().map(shade).filter(|emits| *emits).count();
                 pixel.met.emitting += u32::from(emitting > 0);
             }
@@ -118,20 +120,24 @@ impl<'a> CameraRays<'a> {
                 scratch.sum.by_emitter(|e, light| of_emitter(&mut pixel.light.emitters, e)[half] += light);
             }
         }
-        pixel.met.rays += std::mem::take(&mut scratch.memory.cast) + 2 * u64::from(count - pixel.count);
+        pixel.met.rays += std::mem::take(&mut scratch.memory.cast) + 2 * u64::from(more);
         pixel.count = count;
     }
 
-    /// Gives the points that so many rays of pixel k see, away from edges, the mean reflectance over their cells.
-    fn average(&self, k: usize, rays: u32, seen: &mut [SeenPoint]) {
+    /// Gives the points that so many rays of pixel k see the mean reflectance over the pixel, or, away from edges, over
+    /// their cells.
+    fn find_means(&self, k: usize, texture: &mut PixelTexture, rays: u32, seen: &mut [SeenPoint]) {
+        let all = seen.len() as u32 == rays && seen.iter().all(|point| point.share == 1.0);
+        if let Some(mean) = texture.see(self.view, k, seen, all) {
+            seen.iter_mut().for_each(|point| point.mean = Some(mean));
+            return;
+        }
         let Some(mut cells) = PixelCells::new(rays) else { return };
         let surfaces = surfaces(self.view, seen);
         seen.iter().zip(surfaces).for_each(|(point, surface)| cells.see(point.at, surface));
         for point in seen {
             let mean = || cells.mean(self.view, k, point.hit.face, point.at);
-            if let Some(mean) = cells.is_within_surface(point.at).then(mean).flatten() {
-                point.rho = mean.as_vec3();
-            }
+            point.mean = cells.is_within_surface(point.at).then(mean).flatten();
         }
     }
 
@@ -169,7 +175,7 @@ impl<'a> CameraRays<'a> {
         let seen = seen.find(|seen| seen.hit.face == face)?;
         let mut own = Pixel::default();
         scratch.sum.clear();
-        self.shade(&seen, Adjusted::NOT, ray, &mut own, scratch);
+        self.shade(&seen, ray, &mut own, scratch);
         (own.met.reflecting > 0).then(|| scratch.sum.total() + own.light.ambient[0])
     }
 
@@ -191,7 +197,7 @@ impl<'a> CameraRays<'a> {
             let key = self.key(hit.face, hit.side);
             let position = view.met_at(&ray, &hit);
             let rho = view.scene.rho_at(hit.face, position);
-            SeenPoint { index, at: at.as_dvec2(), hit, position, key, rho, share }
+            SeenPoint { index, at: at.as_dvec2(), hit, position, key, rho, mean: None, share }
         };
         let cell = || cell_corners(at, cells).map(|corner| view.camera_ray(k, corner.x, corner.y));
         view.rays.seen(&ray, cell).into_iter().map(one)
@@ -221,17 +227,11 @@ impl<'a> CameraRays<'a> {
     }
 
     /// Adds the light emitted and reflected at a point that a camera ray sees. Returns whether it emits any.
-    fn shade(
-        &self,
-        seen: &SeenPoint,
-        adjusted: Adjusted,
-        ray: CameraRay,
-        pixel: &mut Pixel,
-        scratch: &mut PixelScratch,
-    ) -> bool {
+    fn shade(&self, seen: &SeenPoint, ray: CameraRay, pixel: &mut Pixel, scratch: &mut PixelScratch) -> bool {
         let view = self.view;
-        let SeenPoint { hit, position, key, rho, share, .. } = *seen;
-        let share = f64::from(share);
+        let SeenPoint { hit, position, key, share, mean, .. } = *seen;
+        let (share, rho) = (f64::from(share), seen.rho.as_dvec3());
+        let typical = mean.unwrap_or(rho);
         let Some(patch) = view.patches.at(hit.face, hit.side, position) else {
             // A second side would change nothing where none reflects.
             pixel.met.backs += u32::from(view.scene.material(hit.face).rho != Rgb::ZERO);
@@ -243,10 +243,11 @@ impl<'a> CameraRays<'a> {
         if let Some(emitter) = self.emitter(hit.face).filter(|_| emits) {
             of_emitter(&mut pixel.light.glows, emitter)[ray.half] += share * emitted;
         }
-        let (material, typical) = (view.scene.material(hit.face), view.patches.reflectance(view.scene, patch as usize));
+        let (material, of_patch) =
+            (view.scene.material(hit.face), view.patches.reflectance(view.scene, patch as usize));
         // Where there is nothing of a masked surface all over a patch its reflectance is 0, but a cell that reaches out
         // of a hole counts by its share of what is there.
-        let is_dark = material.rho == Rgb::ZERO || (typical == Rgb::ZERO && rho == Rgb::ZERO);
+        let is_dark = material.rho == Rgb::ZERO || (of_patch == Rgb::ZERO && typical == DVec3::ZERO);
         if is_dark && material.gloss.is_none() {
             return emits;
         }
@@ -262,15 +263,23 @@ impl<'a> CameraRays<'a> {
         if is_dark {
             return emits;
         }
-        let rho = share * adjusted.rho(rho);
         // The first tree has the camera ray's scrambling: joint points over pixel and emitter.
         let point = |Choice { tree, k, of }: Choice| {
             let own = if tree == 0 { ray.seed } else { hash(tree, ray.seed) };
             Vec2::from([2, 3].map(|d| self.sobol.point(ray.index * of + k, d, own)))
         };
-        let PixelScratch { memory, sum, .. } = scratch;
-        view.lights.add(sum, (&receiver, view.lights.cuts(patch), rho), self.visibility, point, memory);
+        let PixelScratch { memory, sum, own, .. } = scratch;
+        let cuts = view.lights.cuts(patch);
+        if let Some(mean) = mean {
+            own.clear();
+            view.lights.add(own, (&receiver, cuts, DVec3::splat(share)), self.visibility, point, memory);
+            sum.join_weighted(rho, own);
+            pixel.light.textured(key).add(ray.half, own, mean - rho);
+        } else {
+            view.lights.add(sum, (&receiver, cuts, share * rho), self.visibility, point, memory);
+        }
         if !self.dark {
+            let rho = share * typical;
             pixel.light.ambient[ray.half] += rho * self.fields.ambient(patch).as_dvec3();
             pixel.layer(key, receiver).add(ray.half, &receiver, rho);
         }

@@ -4,6 +4,9 @@
 
 use glam::DVec3;
 
+use crate::gather::pixels::pixel_layer::SurfaceKey;
+use crate::gather::pixels::textured_light::TexturedLight;
+
 /// Emission of a pixel, a mean over it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SeenEmission {
@@ -29,8 +32,10 @@ pub(crate) struct PixelLight {
     pub glows: Vec<[DVec3; 2]>,
     /// What stands for both where the pixel shows an outline of an emitter.
     pub outline: Option<Box<SeenEmission>>,
-    /// Direct light.
+    /// Direct light that points reflect by their own reflectance.
     pub lit: [DVec3; 2],
+    /// What that lacks to the mean reflectance, by surfaces with textures.
+    pub textured: Vec<(SurfaceKey, TexturedLight)>,
     /// Indirect light: what the patches themselves receive, until it is gathered.
     pub ambient: [DVec3; 2],
     /// Each emitter's part of direct light; empty where they are not kept apart.
@@ -54,7 +59,8 @@ impl PixelLight {
     /// All light of each half of so many camera rays, of which what is emitted counts no more than `most` a ray.
     pub(crate) fn halves(&self, count: u32, most: f64) -> [DVec3; 2] {
         let (emission, most) = (self.emission(count), DVec3::splat(most * f64::from(count)));
-        [0, 1].map(|half| emission[half].min(most) + self.lit[half] + self.ambient[half])
+        let direct = self.direct();
+        [0, 1].map(|half| emission[half].min(most) + direct[half] + self.ambient[half])
     }
 
     /// An emitter's part of emitted and direct light of each half, sums over so many camera rays.
@@ -63,7 +69,24 @@ impl PixelLight {
         let known = |outline: &SeenEmission| outline.emitters.get(emitter).copied().unwrap_or_default();
         let glow = self.outline.as_ref().map_or(own(&self.glows), |o| [f64::from(count) * known(o); 2]);
         let lit = own(&self.emitters);
-        [0, 1].map(|half| glow[half] + lit[half])
+        let due = |half: usize| self.textured.iter().map(|(_, light)| light.due_of(half, emitter)).sum::<DVec3>();
+        [0, 1].map(|half| glow[half] + lit[half] + due(half))
+    }
+
+    /// The light on a surface with a texture.
+    pub(crate) fn textured(&mut self, key: SurfaceKey) -> &mut TexturedLight {
+        let known = self.textured.iter().position(|(own, _)| *own == key);
+        let k = known.unwrap_or_else(|| {
+            self.textured.push((key, TexturedLight::default()));
+            self.textured.len() - 1
+        });
+        &mut self.textured[k].1
+    }
+
+    /// Direct light of each half, sums over its camera rays.
+    pub(crate) fn direct(&self) -> [DVec3; 2] {
+        let due = |half: usize| self.textured.iter().map(|(_, light)| light.due(half)).sum::<DVec3>();
+        [0, 1].map(|half| self.lit[half] + due(half))
     }
 }
 

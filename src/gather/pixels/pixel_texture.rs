@@ -1,20 +1,10 @@
 //! The texture that a pixel shows: means over pixels or parts of them, so that finer textures are no noise.
 //!
-//! Where all camera rays end on one plane surface the mean over the pixel is known. With rho_i the reflectance where
-//! ray i of n ended, D_i the light that arrives there, and rho the mean reflectance over the pixel (exact, by
-//! `scene::textures`), the pixel is estimated as
-//!
-//! ```text
-//! rho * (sum of rho_i D_i) / (sum of rho_i)       in place of        (sum of rho_i D_i) / n
-//! ```
-//!
-//! the ratio estimator of W. G. Cochran, *Sampling Techniques*, 1977, chapter 6. Light that is even within the pixel
-//! leaves no noise; light correlated with the texture leaves a bias of order 1/n, which falls faster than the noise.
-//! Where every rho_i of a channel is 0 the mean of D_i stands for the ratio.
-//!
-//! Where a pixel shows several surfaces a ray has the mean reflectance of its surface over a cell as large as its share
-//! of the pixel, if the cells around show nothing else. At an edge it keeps its own point's: the mean over a cell would
-//! include hidden texels, alike in both halves, so that the standard error would not show it.
+//! Where all camera rays end on one plane surface the mean reflectance over the pixel is known, and stands for each ray.
+//! Where a pixel shows several surfaces, a ray has that of its surface over a cell as large as its share of the pixel,
+//! if the cells around show nothing else. At an edge it keeps its own point's: the mean over a cell would include hidden
+//! texels, alike in both halves, so that the standard error would not show it. What light makes of a mean is up to
+//! [`crate::gather::pixels::textured_light`].
 //!
 //! Worth: rooms with images take 1.2 to 1.7 times as long as with their mean colours (docs/validation.md, Textures);
 //! pixels at edges took ten times as many rays.
@@ -49,6 +39,8 @@ pub(crate) struct SeenPoint {
     pub key: SurfaceKey,
     /// Reflectance there.
     pub rho: Rgb,
+    /// Mean reflectance over the part of the pixel that the ray stands for, where that is known.
+    pub mean: Option<DVec3>,
     /// Share of the ray's light that comes from there; below 1 on and behind masks.
     pub share: f32,
 }
@@ -77,45 +69,20 @@ pub(crate) struct Footprint {
     pub extent: f64,
 }
 
-/// Adjusted reflectance of points, `factor * rho + offset`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Adjusted {
-    factor: DVec3,
-    offset: DVec3,
-}
-
-impl Adjusted {
-    /// The reflectance itself.
-    pub(crate) const NOT: Adjusted = Adjusted { factor: DVec3::ONE, offset: DVec3::ZERO };
-
-    /// The adjusted reflectance of a point.
-    pub(crate) fn rho(&self, own: Rgb) -> DVec3 {
-        own.as_dvec3() * self.factor + self.offset
-    }
-
-    /// The adjustment by which points of these reflectances have the mean `rho`.
-    fn to_mean(rho: DVec3, points: impl ExactSizeIterator<Item = Rgb>) -> Adjusted {
-        let count = points.len() as f64;
-        let mean = points.map(|own| own.as_dvec3()).sum::<DVec3>() / count;
-        let lit = mean.cmpgt(DVec3::ZERO);
-        Adjusted { factor: DVec3::select(lit, rho / mean, DVec3::ZERO), offset: DVec3::select(lit, DVec3::ZERO, rho) }
-    }
-}
-
 impl PixelTexture {
-    /// Adds the points that more camera rays of pixel k see; `all`: whether each of the rays saw one. Returns the
-    /// adjustment of their reflectance.
-    pub(crate) fn see(&mut self, view: &View, k: usize, points: &[SeenPoint], all: bool) -> Adjusted {
+    /// Adds the points that more camera rays of pixel k see; `all`: whether each of the rays saw one. Returns the mean
+    /// reflectance of the pixel where it is known.
+    pub(crate) fn see(&mut self, view: &View, k: usize, points: &[SeenPoint], all: bool) -> Option<DVec3> {
         if let PixelTexture::Unknown = self {
             let first = points.first().and_then(|point| Footprint::new(view, k, point));
             *self = first.map_or(PixelTexture::Varied, |own| PixelTexture::One(Box::new(own)));
         }
-        let PixelTexture::One(own) = self else { return Adjusted::NOT };
+        let PixelTexture::One(own) = self else { return None };
         if !(all && points.iter().all(|point| own.holds(view.scene, point))) {
             *self = PixelTexture::Varied;
-            return Adjusted::NOT;
+            return None;
         }
-        Adjusted::to_mean(own.rho, points.iter().map(|point| point.rho))
+        Some(own.rho)
     }
 
     /// Ratio of the mean reflectance to that of another pixel of the same surface; 1 for different ones.
@@ -344,18 +311,6 @@ mod tests {
             let [a, b] = pixel.layers[0].reflected().map(|sum| sum / f64::from(pixel.count));
             assert!((a - b).abs().max_element() < 1e-9 && (a - own.rho).abs().max_element() < 1e-9, "{k} {a} {b}");
         }
-    }
-
-    #[test]
-    fn points_of_any_reflectance_get_the_mean_that_is_known() {
-        let rho = DVec3::new(0.3, 0.5, 0.2);
-        let points = [Rgb::new(0.1, 0.0, 0.9), Rgb::new(0.2, 0.0, 0.0), Rgb::new(0.9, 0.0, 0.1)];
-        let adjusted = Adjusted::to_mean(rho, points.into_iter());
-        let values = points.map(|own| adjusted.rho(own));
-        assert!((values.iter().sum::<DVec3>() / 3.0 - rho).abs().max_element() < 1e-12, "{values:?}");
-        // Where all are black they count alike.
-        assert_eq!(values.map(|own| own.y), [0.5; 3]);
-        assert_eq!(Adjusted::NOT.rho(points[0]), points[0].as_dvec3());
     }
 
     #[test]

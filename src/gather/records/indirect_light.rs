@@ -109,7 +109,7 @@ impl IndirectLight {
         let backs: u64 = pixels.iter().map(|p| u64::from(p.met.backs)).sum();
         Gathered {
             emission: picture(&|k| pixels[k].mean_emission()),
-            direct: picture(&|k| whole(pixels[k].light.lit) / pixels[k].camera()),
+            direct: picture(&|k| whole(pixels[k].light.direct()) / pixels[k].camera()),
             indirect: (0..fields.count()).map(field).collect(),
             standard_error: picture(&deviation),
             error: self.error(pixels),
@@ -138,7 +138,7 @@ impl IndirectLight {
         let emitter = |e: usize| layer(&|k| added(pixels[k].light.of(e, pixels[k].count), indirect(k, e)));
         let bounce = |n: usize| match n {
             0 => layer(&|k| pixels[k].light.emission(pixels[k].count)),
-            1 => layer(&|k| added(pixels[k].light.lit, indirect(k, fields.emitters))),
+            1 => layer(&|k| added(pixels[k].light.direct(), indirect(k, fields.emitters))),
             _ => layer(&|k| indirect(k, fields.emitters + n - 1)),
         };
         let bounces = if fields.bounces > 0 { fields.bounces + 1 } else { 0 };
