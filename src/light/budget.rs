@@ -34,6 +34,8 @@ pub const GATHER_LEAST: f64 = 0.25;
 /// Camera rays, as a share of the squared error of the gather pass, where there is indirect light: the least and the
 /// most; between them it is what costs least.
 pub const CAMERA: [f64; 2] = [0.05, 0.5];
+/// Outlines of emitters at most, as a share of the squared error of camera rays: none of those lessens what they keep.
+pub const OUTLINES: f64 = 0.5;
 /// The fit between irradiance records at most, as a share of the squared error that camera rays leave; where it is
 /// larger places gather for themselves, and noise of hemisphere rays may use what it leaves.
 pub const FIT_SQUARED: f64 = 0.45;

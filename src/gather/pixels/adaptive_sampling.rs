@@ -30,6 +30,7 @@ use crate::gather::pixels::camera_rays::{CameraRays, PixelScratch};
 use crate::gather::pixels::outlines::measure_outlines;
 use crate::gather::pixels::pixel::Pixel;
 use crate::gather::pixels::small_faces::find_small_faces;
+use crate::light::budget::OUTLINES;
 
 /// Share of the variance left after doubling the rays of a pixel with an edge: 2 to the power
 /// -[`EDGES`](crate::gather::sampling::EDGES).
@@ -43,10 +44,6 @@ const RESAMPLED: f64 = 0.25;
 const RELIABLE: f64 = 256.0;
 /// Share of the requested variance that pixels chosen since the last resampling may keep before another is due.
 const UNSEEN: f64 = 0.25;
-
-/// Share of the requested variance that camera rays aim at where outlines of emitters, which none of them lessen, have
-/// more than the rest.
-const BESIDE_OUTLINES: f64 = 0.5;
 
 /// How many camera rays.
 #[derive(Clone, Copy)]
@@ -131,7 +128,7 @@ fn next(pixels: &mut [Pixel], width: usize, noise: f64, nearing: &Nearing) -> Ne
     let measured = measure(pixels);
     let all = noise * noise * measured.signal;
     let outlines = outlines(pixels);
-    let wanted = (all - outlines).max(BESIDE_OUTLINES * all);
+    let wanted = (all - outlines).max((1.0 - OUTLINES) * all);
     nearing.camera((measured.variance + outlines) / measured.signal);
     let unseen = unseen(pixels);
     let is_due = unseen > UNSEEN * wanted;

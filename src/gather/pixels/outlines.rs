@@ -34,6 +34,7 @@ use crate::gather::pixels::camera_rays::CameraRays;
 use crate::gather::pixels::pixel::Pixel;
 use crate::gather::pixels::pixel_light::SeenEmission;
 use crate::gather::pixels::projection::{Projection, within};
+use crate::light::budget::OUTLINES;
 use crate::rays::Side;
 use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Stream, hash};
@@ -48,6 +49,9 @@ const MOST: u32 = 1 << 13;
 /// The variance that four times as many rays leave where an edge passes through cells: of those that it crosses there
 /// are twice as many, each with a 16th (M. Pharr et al., *Physically Based Rendering*, 4th edition, 8.1).
 const LEFT: f64 = 0.125;
+/// What outlines may keep at least that are found late, as a share of what all may keep, of which those found before
+/// may have used more.
+const LATE: f64 = 0.25;
 /// Cells to a side of a pixel that a ray stands for, where faces have holes.
 const CELLS: u32 = 8;
 
@@ -120,7 +124,10 @@ fn next(outlined: &[Outlined], pixels: &[Pixel], noise: f64) -> Vec<usize> {
     // Slivers of what is bright show beside what is reflected, of whose error they are to be a small part.
     let reflected = pixels.iter().map(|pixel| pixel.weight() * pixel.reflected().length_squared()).sum::<f64>();
     let signal = if reflected > 0.0 { signal.min(reflected) } else { signal };
-    let (goal, mut left) = (noise * noise * signal, outlined.iter().map(variance).sum::<f64>());
+    let all = OUTLINES * noise * noise * signal;
+    let before: f64 = pixels.iter().map(|pixel| pixel.outline_variance().element_sum()).sum();
+    let goal = (all - before).max(LATE * all);
+    let mut left = outlined.iter().map(variance).sum::<f64>();
     let mut order: Vec<usize> =
         (0..outlined.len()).filter(|&i| outlined[i].rays < MOST && variance(&outlined[i]) > 0.0).collect();
     let worth = |&i: &usize| variance(&outlined[i]) / f64::from(outlined[i].rays);
