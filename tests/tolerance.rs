@@ -7,7 +7,7 @@ use halflight::Solver;
 use halflight::light::Mode;
 use halflight::pictures::{Picture, Size, mean_difference, read_picture, relative_rms};
 use halflight::rays::Rays;
-use halflight::render::{End, Rendered};
+use halflight::render::{Apart, End, LayerError, LayerKind, Rendered};
 use halflight::scene::Scene;
 use halflight_reference::{TraceSettings, Tracer};
 
@@ -128,6 +128,39 @@ fn a_rare_bright_place_is_in_later_terms_or_in_their_error() {
         // The terms between add what the room reflects there, 3 % of what the lamp sends.
         assert!((power / expected - 1.03).abs() <= 3.0 * error + 0.02, "{power:e} {expected:e} ± {error}");
         assert!(error < 1.0 && (error <= 0.02) == (found.end == Some(End::Met)), "{error}");
+    }
+}
+
+/// Four lights without area, one of which makes nearly all of the light: what the others add is off by more, relative to
+/// itself, than the picture, and says so.
+#[test]
+fn layers_are_as_near_finer_ones_as_stated() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/meshes/cornell-box-lights.toml");
+    let scene = Scene::open(path).expect("a correct scene");
+    let layers = |tolerance: f64, seed: u32| {
+        let solver = Solver::new(&scene).seed(seed).apart(Apart { emitters: true, bounces: true });
+        solver.render(Mode::Global, (48, 48)).tolerance(tolerance).expect("it converges")
+    };
+    let fine = layers(0.008, 9);
+    for seed in [0, 1] {
+        let found = layers(0.04, seed);
+        for (own, fine) in found.layers.iter().zip(&fine.layers) {
+            let LayerError { rms, error } = own.error.expect("a picture to a tolerance has them");
+            let squares = |of: &dyn Fn(usize) -> glam::DVec3| {
+                (0..48 * 48).map(|k| of(k).length_squared()).sum::<f64>() / (3 * 48 * 48) as f64
+            };
+            let [own_light, fine_light] = [own, fine].map(|layer| &layer.light.picture.pixels);
+            let shown = squares(&|k| own_light[k].as_dvec3()).sqrt();
+            let off = squares(&|k| own_light[k].as_dvec3() - fine_light[k].as_dvec3()).sqrt();
+            let name = own.kind.name();
+            assert!((rms - shown).abs() <= 1e-3 * shown, "{name}: {rms} {shown}");
+            // Both pictures are off, and what is stated is known to about a tenth.
+            let both = error.hypot(fine.error.expect("a tolerance").error);
+            assert!(off <= 1.2 * both, "{name}, seed {seed}: {off} for {both} of {rms}");
+        }
+        let of_lamps = found.layers.iter().filter(|layer| matches!(layer.kind, LayerKind::Emitter(_)));
+        let together = LayerError::of_sum(of_lamps.filter_map(|layer| Some((layer.error?, 1.0))));
+        assert!(together >= 0.8 * found.error.total && together < 0.1, "{together} {:?}", found.error);
     }
 }
 

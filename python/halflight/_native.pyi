@@ -70,10 +70,10 @@ class KeptLamps:
         """
         How many points were measured, and whether with the light of each lamp.
         """
-    def relit(self, /, given: dict[str, SupportsLenAndGetItem[SupportsFloat | SupportsIndex]], wanted: SupportsGetItem[int, SupportsFloat | SupportsIndex | None] | None) -> tuple[dict[str, list[float]], list[tuple[str, list[float], list[float]]], list[tuple[str | None, list[float], list[float], float, bool]], list[float] | None]:
+    def relit(self, /, given: dict[str, SupportsLenAndGetItem[SupportsFloat | SupportsIndex]], wanted: SupportsGetItem[int, SupportsFloat | SupportsIndex | None] | None) -> tuple[dict[str, list[float]], list[tuple[str, list[float], list[float]]], list[tuple[str | None, list[float], list[float], float, bool]], list[float] | None, float | None]:
         """
         Factors of all lamps, powers and points with some factors; root mean square and largest difference to what is
-        wanted.
+        wanted; the estimated error of the picture.
         """
 
 @final

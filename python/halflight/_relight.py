@@ -42,6 +42,8 @@ class Relit:
         Whether a point is inside of a solid.
     left_over : (float, float) or None
         Root mean square and largest difference to the illuminance wanted, lux; ``None`` where none was.
+    error : float or None
+        Estimated error of the picture, relative to it; ``None`` where the file is no report, or has no layers.
     """
 
     factors: dict[str, Float64]
@@ -54,6 +56,7 @@ class Relit:
     lux: Float64
     is_inside: npt.NDArray[np.bool_]
     left_over: tuple[float, float] | None
+    error: float | None
 
     def __repr__(self) -> str:
         lamps = ", ".join(f"{name} x {factor.mean():.3g}" for name, factor in self.factors.items())
@@ -83,7 +86,7 @@ def relight(
     Returns
     -------
     Relit
-        Factors, powers, picture and points. Errors are those of the parts.
+        Factors, powers, picture and points, and the error of the picture.
 
     Raises
     ------
@@ -109,7 +112,7 @@ def relight(
     wanted = None if lux is None else _aims(kept, lux)
     if wanted is not None:
         factors = kept.aimed(wanted, factors)
-    all_of_them, powers, points, left_over = kept.relit(factors, wanted)
+    all_of_them, powers, points, left_over, error = kept.relit(factors, wanted)
     pixels = kept.picture(factors)
     return Relit(
         {name: np.array(all_of_them[name]) for name in names},
@@ -122,6 +125,7 @@ def relight(
         np.array([point[3] for point in points]),
         np.array([point[4] for point in points], dtype=bool),
         None if left_over is None else (left_over[0], left_over[1]),
+        error,
     )
 
 

@@ -61,17 +61,17 @@ impl KeptLamps {
     }
 
     /// Factors of all lamps, powers and points with some factors; root mean square and largest difference to what is
-    /// wanted.
+    /// wanted; the estimated error of the picture.
     fn relit(
         &self,
         given: Factors,
         wanted: Option<Vec<Option<f64>>>,
-    ) -> (Factors, Vec<Power>, Vec<Point>, Option<[f64; 2]>) {
+    ) -> (Factors, Vec<Power>, Vec<Point>, Option<[f64; 2]>, Option<f64>) {
         let relit = self.0.relit(&given, wanted.as_deref());
         let powers = relit.luminaires.into_iter().map(|own| (own.name, own.emitted, own.reflected));
         let points = relit.points.into_iter();
         let points = points.map(|p| (p.name, p.position, p.irradiance, p.illuminance, p.is_inside));
-        (relit.factors, powers.collect(), points.collect(), relit.left_over)
+        (relit.factors, powers.collect(), points.collect(), relit.left_over, relit.error)
     }
 
     /// The picture with some factors; none where no layers were kept.

@@ -42,6 +42,10 @@ pub struct GatheredLayer {
     pub picture: Picture,
     /// Standard error of every pixel.
     pub standard_error: Picture,
+    /// RMS of what it adds to reflected light, over the pixels that see no luminaire, W/(m² sr).
+    pub rms: f64,
+    /// RMS of the noise of that and of its part of the fit between irradiance records.
+    pub noise: f64,
 }
 
 /// Estimated RMS errors over the pixels that see no luminaire, W/(m² sr), and the RMS picture they compare with.
@@ -120,6 +124,7 @@ impl Gathered {
         let layer = |layer: &GatheredLayer| GatheredLayer {
             picture: mean(&layer.picture),
             standard_error: deviation(&layer.standard_error),
+            ..*layer
         };
         let emission = mean(&self.emission);
         let mut reflected = mean(&self.total());

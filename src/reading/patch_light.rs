@@ -95,19 +95,23 @@ impl Fields {
         Fields { count: self.picture_fields, values, layers: FieldLayers::default(), ..self.clone() }
     }
 
-    /// Adds fields that are the picture's by emitters, and by bounces: auxiliary ones, gathered by the same rays.
+    /// Adds auxiliary fields, gathered by the same rays.
     ///
     /// # Panics
     /// If the fields differ in length.
-    pub fn with_layers(mut self, emitters: &[Vec<Linear>], bounces: &[Vec<Linear>]) -> Fields {
+    pub(crate) fn with_auxiliary(mut self, added: &[Vec<Linear>]) -> Fields {
         let patches = self.values.len() / self.count.max(1);
-        let added = || emitters.iter().chain(bounces);
-        assert!(added().all(|field| field.len() == patches));
+        assert!(added.iter().all(|field| field.len() == patches));
         let own = self.values.chunks_exact(self.count.max(1)).enumerate();
-        self.values = own.flat_map(|(i, v)| v.iter().copied().chain(added().map(move |field| field[i]))).collect();
-        self.layers = FieldLayers { emitters: emitters.len(), bounces: bounces.len() };
-        self.count += self.layers.count();
+        self.values = own.flat_map(|(i, v)| v.iter().copied().chain(added.iter().map(move |f| f[i]))).collect();
+        self.count += added.len();
         self
+    }
+
+    /// Adds auxiliary fields that are the picture's by emitters, so many, and by bounces.
+    pub(crate) fn with_layers(self, fields: &[Vec<Linear>], emitters: usize) -> Fields {
+        let layers = FieldLayers { emitters, bounces: fields.len() - emitters };
+        Fields { layers, ..self.with_auxiliary(fields) }
     }
 
     /// The fields that are the picture's taken apart.

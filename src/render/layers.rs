@@ -13,9 +13,9 @@
 use crate::gather::{GatherPass, Gathered, GatheredLayer};
 use crate::light::{Light, Rgb};
 use crate::operator::{EmitterLight, LinearOperator};
-use crate::reading::{Fields, Linear, linear};
+use crate::reading::{Fields, linear};
 use crate::render::assembly::{Assembled, Watch, render, without_luminaires};
-use crate::solve::{Solution, powers, reflected_columns};
+use crate::solve::{Solution, coarse_columns, powers, reflected_columns};
 
 /// What a picture is taken apart into.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -85,6 +85,30 @@ pub struct Layer {
     pub kind: LayerKind,
     /// Linear radiance, and its standard error.
     pub light: GatheredLayer,
+    /// How far it may be off; none where nothing is known of the light that was gathered.
+    pub error: Option<LayerError>,
+}
+
+/// RMS of what a layer adds to reflected light, over the pixels that see no luminaire, and of the estimated error of
+/// that, W/(m² sr).
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct LayerError {
+    /// Of the layer.
+    pub rms: f64,
+    /// Of its error.
+    pub error: f64,
+}
+
+impl LayerError {
+    /// The error of layers times their factors together, relative to what they add up to, which is at least as much as
+    /// their root sum of squares; 0 where they are black.
+    pub fn of_sum(layers: impl Iterator<Item = (LayerError, f64)>) -> f64 {
+        let squares = layers.fold([0.0; 2], |[rms, error], (own, factor)| {
+            [rms + (factor * own.rms).powi(2), error + (factor * own.error).powi(2)]
+        });
+        let [rms, error] = squares.map(f64::sqrt);
+        if rms > 0.0 { error / rms } else { 0.0 }
+    }
 }
 
 impl Assembled {
@@ -110,7 +134,62 @@ pub(crate) fn named(mode: &Assembled, apart: Apart, gathered: Vec<GatheredLayer>
     let names = emitters.iter().map(|name| LayerKind::Emitter(name.clone()));
     let bounce = |n: usize| if n == BOUNCES { LayerKind::BouncesFrom(n) } else { LayerKind::Bounce(n) };
     let kinds = names.chain((0..bounces).map(bounce));
-    kinds.zip(gathered).map(|(kind, light)| Layer { kind, light }).collect()
+    kinds.zip(gathered).map(|(kind, light)| Layer { kind, light, error: None }).collect()
+}
+
+/// The light of layers on patches as hemisphere rays read it, and what patches reflect of each emitter's in all.
+pub(crate) struct LayerLight {
+    /// Emitters.
+    pub emitters: Vec<Vec<Rgb>>,
+    /// Bounces.
+    pub bounces: Vec<Vec<Rgb>>,
+    /// Power of the visible half of what is reflected of each emitter's light, W.
+    reflected: Vec<[f64; 3]>,
+}
+
+impl LayerLight {
+    /// Of a solution.
+    pub(crate) fn new(mode: &Assembled, solution: &Solution, apart: Apart) -> LayerLight {
+        let count = solution.terms.len().saturating_sub(1);
+        let reflected = || reflected_columns(&mode.operator, &mode.sources(), count);
+        LayerLight::of(mode, apart.emitters.then(reflected), apart.bounces.then_some(&solution.terms))
+    }
+
+    /// Of the same on patches four times as large, whose terms are known.
+    pub(crate) fn coarse(mode: &Assembled, terms: &[Vec<Light>], apart: Apart) -> LayerLight {
+        let (weights, parents) = (mode.patches().weights(), mode.patches().parents());
+        let count = terms.len().saturating_sub(1);
+        let reflected = || coarse_columns(&mode.operator, &weights, parents, &mode.sources(), count);
+        LayerLight::of(mode, apart.emitters.then(reflected), apart.bounces.then_some(terms))
+    }
+
+    /// Of what is reflected of each emitter's light, and of the terms, where those are layers.
+    fn of(mode: &Assembled, reflected: Option<Vec<Vec<Light>>>, terms: Option<&[Vec<Light>]>) -> LayerLight {
+        let (reflected, terms) = (reflected.unwrap_or_default(), terms.unwrap_or_default());
+        let emitters = mode.operator.emitters().iter().zip(&reflected);
+        let of_emitter = |(light, reflected): (&EmitterLight, &Vec<Light>)| {
+            let mut field = without_luminaires(&mode.lights, &light.emission);
+            field.iter_mut().zip(reflected).for_each(|(sum, l)| *sum += l.invisible);
+            field
+        };
+        let mut bounces = vec![vec![Rgb::ZERO; mode.patches().len()]; terms.len().min(BOUNCES)];
+        let last = bounces.len().saturating_sub(1);
+        for (n, term) in terms.iter().enumerate() {
+            let travelling = travelling(mode, n, term);
+            bounces[n.min(last)].iter_mut().zip(travelling).for_each(|(sum, l)| *sum += l);
+        }
+        let power = |light: &Vec<Light>| powers(mode.operator.areas(), light)[0];
+        LayerLight {
+            emitters: emitters.map(of_emitter).collect(),
+            bounces,
+            reflected: reflected.iter().map(power).collect(),
+        }
+    }
+
+    /// All of them, emitters first.
+    pub(crate) fn fields(&self) -> impl Iterator<Item = &Vec<Rgb>> {
+        self.emitters.iter().chain(&self.bounces)
+    }
 }
 
 /// The fields of a picture with those of its layers: the means of independent solutions, each with its equation; and
@@ -121,33 +200,24 @@ pub(crate) fn with_layers(
     apart: Apart,
 ) -> (Fields, Vec<EmitterPower>) {
     let Some((mode, _)) = solved.first() else { return (fields, Vec::new()) };
-    let mut emitted = Vec::new();
-    let neighbours = mode.patches().neighbours();
-    let count = mode.operator.emitters().len();
-    let mut emitters = vec![vec![Rgb::ZERO; mode.patches().len()]; if apart.emitters { count } else { 0 }];
-    let terms = solved.iter().map(|(_, solution)| solution.terms.len()).max().unwrap_or(0);
-    let bounces = if apart.bounces { terms.min(BOUNCES) } else { 0 };
-    let mut bounces = vec![vec![Rgb::ZERO; mode.patches().len()]; bounces];
+    let found: Vec<_> = solved.iter().map(|(mode, solution)| LayerLight::new(mode, solution, apart)).collect();
     let share = 1.0 / solved.len() as f32;
-    for (mode, solution) in solved {
-        let add = |field: &mut Vec<Rgb>, light: &[Rgb]| {
-            field.iter_mut().zip(light).for_each(|(sum, l)| *sum += share * *l);
-        };
-        if !emitters.is_empty() {
-            let found = of_emitters(mode, solution);
-            for (field, (light, _)) in emitters.iter_mut().zip(&found) {
-                add(field, light);
+    let mean = |of: fn(&LayerLight) -> &Vec<Vec<Rgb>>| {
+        let count = found.iter().map(|own| of(own).len()).max().unwrap_or(0);
+        let mut means = vec![vec![Rgb::ZERO; mode.patches().len()]; count];
+        for own in &found {
+            for (mean, light) in means.iter_mut().zip(of(own)) {
+                mean.iter_mut().zip(light).for_each(|(sum, l)| *sum += share * *l);
             }
-            emitted.push(found.into_iter().map(|own| own.1).collect::<Vec<_>>());
         }
-        let last = bounces.len().saturating_sub(1);
-        for (n, term) in solution.terms.iter().enumerate().take(if apart.bounces { usize::MAX } else { 0 }) {
-            add(&mut bounces[n.min(last)], &travelling(mode, n, term));
-        }
-    }
-    let read =
-        |fields: &[Vec<Rgb>]| -> Vec<Vec<Linear>> { fields.iter().map(|field| linear(&neighbours, field)).collect() };
-    (fields.with_layers(&read(&emitters), &read(&bounces)), mean_powers(mode, &emitted))
+        means
+    };
+    let (emitters, bounces) = (mean(|own| &own.emitters), mean(|own| &own.bounces));
+    let neighbours = mode.patches().neighbours();
+    let read: Vec<_> = emitters.iter().chain(&bounces).map(|field| linear(&neighbours, field)).collect();
+    let reflected: Vec<_> = found.into_iter().map(|own| own.reflected).collect();
+    let powers = if apart.emitters { mean_powers(mode, &reflected) } else { Vec::new() };
+    (fields.with_layers(&read, emitters.len()), powers)
 }
 
 /// The powers of the emitters, the reflected ones means over solutions.
@@ -169,18 +239,4 @@ fn mean_powers(mode: &Assembled, reflected: &[Vec<[f64; 3]>]) -> Vec<EmitterPowe
 /// What hemisphere rays read of term n.
 fn travelling(mode: &Assembled, n: usize, term: &[Light]) -> Vec<Rgb> {
     if n == 0 { without_luminaires(&mode.lights, term) } else { term.iter().map(|l| l.invisible).collect() }
-}
-
-/// What hemisphere rays read of the light of each emitter, summed over as many bounces as a solution has, and the power
-/// of the visible half of what is reflected.
-fn of_emitters(mode: &Assembled, solution: &Solution) -> Vec<(Vec<Rgb>, [f64; 3])> {
-    let operator = &mode.operator;
-    let reflected = reflected_columns(operator, &mode.sources(), solution.terms.len().saturating_sub(1));
-    let all = operator.emitters().iter().zip(reflected);
-    all.map(|(light, reflected)| {
-        let mut field = without_luminaires(&mode.lights, &light.emission);
-        field.iter_mut().zip(&reflected).for_each(|(sum, l)| *sum += l.invisible);
-        (field, powers(operator.areas(), &reflected)[0])
-    })
-    .collect()
 }

@@ -24,7 +24,7 @@ pub use crate::operator::{Cast, RowSource, Wanted};
 pub use assembly::{Assembled, Discretization, PatchLight, Seconds, Silent, Watch, pictures, without_luminaires};
 pub use bounces::{BounceSeries, EmitterTerms, End};
 pub use fineness::Fineness;
-pub use layers::{Apart, EmitterPower, Layer, LayerKind};
+pub use layers::{Apart, EmitterPower, Layer, LayerError, LayerKind};
 pub use memory::{PictureUnfit, Pilot, Stored, Unfit, check_fit, check_pictures, pixel, usable_memory};
 pub use pilot::pilots;
 pub use points::{Sensor, SensorLight, SensorLights};

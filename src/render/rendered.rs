@@ -178,7 +178,7 @@ impl Rendered {
         if with_errors {
             layers.push(named(String::new(), Shows::StandardError, &self.standard_error));
         }
-        for Layer { kind, light } in &self.layers {
+        for Layer { kind, light, .. } in &self.layers {
             layers.push(named(kind.name(), Shows::Light, &light.picture));
             if with_errors {
                 layers.push(named(kind.name(), Shows::StandardError, &light.standard_error));

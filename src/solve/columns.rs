@@ -313,14 +313,15 @@ fn invisible(patches: usize, lights: &[impl AsRef<[Light]> + Sync]) -> Columns {
 }
 
 /// `K E` of every source.
-fn first_bounces(k: &dyn LinearOperator, sources: &[Source]) -> Vec<Vec<Light>> {
+pub(crate) fn first_bounces(k: &dyn LinearOperator, sources: &[Source]) -> Vec<Vec<Light>> {
     let unknown = sources.iter().filter(|source| source.first_bounce.is_none());
     let unknown: Vec<&[Light]> = unknown.map(|source| &*source.emission).collect();
     let mut found = apply_columns(k, &unknown).into_iter();
     sources.iter().map(|source| source.first_bounce.clone().or_else(|| found.next()).unwrap_or_default()).collect()
 }
 
-fn added(a: Light, b: Light) -> Light {
+/// Both halves added.
+pub(crate) fn added(a: Light, b: Light) -> Light {
     Light { invisible: a.invisible + b.invisible, visible: a.visible + b.visible }
 }
 

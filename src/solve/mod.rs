@@ -27,4 +27,5 @@ pub use neumann::{
 pub use shooting::shooters::{Column, Convergence, Emitted, RaySettings, RayShooter, Sender, Shooter, Surfaces};
 pub use shooting::{Progress, Shooting, ShootingSettings};
 pub use tail::TailBound;
+pub(crate) use two_level::coarse_columns;
 pub use two_level::coarse_terms;

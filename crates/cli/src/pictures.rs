@@ -13,7 +13,7 @@ use halflight::form_factors::RowSums;
 use halflight::light::Transport;
 use halflight::operator::Bounds;
 use halflight::pictures::{Exposure, Picture, Size, check_destination, is_exr, make_directory};
-use halflight::render::{EmitterPower, ErrorParts, Seconds};
+use halflight::render::{EmitterPower, ErrorParts, LayerError, Seconds};
 use halflight::scene::Scene;
 use halflight_lighting::Measured;
 use halflight_plot::{Cell, Drawing, Heading, Page, Shown};
@@ -218,6 +218,10 @@ pub struct RenderReport {
     /// Names of the picture's layers, where it is taken apart.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub layers: Vec<String>,
+    /// RMS of each of them over the pixels that see no luminaire, and of its estimated error, W/(m² sr), where the
+    /// picture has a tolerance.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub layer_errors: Vec<LayerError>,
     /// Stops that PNG files are brightened by.
     pub exposure: f32,
     /// Files written.

@@ -4,7 +4,7 @@
 //! Light is linear in E: the light of every lamp times its factor adds up to that of the dimmed scene. What is needed
 //! is the report of `render --per luminaire --json`, or the EXR file of `render --layers luminaires` alone.
 //!
-//! Not handled: errors of what is dimmed, which are those of the parts; lamps that turn or move.
+//! Not handled: errors of powers and of light at points; lamps that turn or move.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -161,6 +161,9 @@ fn say(RelightReport { relit, files }: &RelightReport, console: &Console) {
     }
     if let Some([rms, most]) = relit.left_over {
         console.say(format!("left over: {rms:.2} lx in the root mean square, {most:.2} at most"));
+    }
+    if let Some(error) = relit.error {
+        console.say(format!("estimated error of the picture: {:.2} %", 100.0 * error));
     }
     files.iter().for_each(|file| console.say(file.display().to_string()));
 }

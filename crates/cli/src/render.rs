@@ -213,6 +213,7 @@ impl Run<'_> {
             report.luminaires.clone_from(&found.emitters);
             report.exposure = self.exposing.of(&found.picture).stops;
             report.layers = found.layers.iter().map(|layer| layer.kind.name()).collect();
+            report.layer_errors = found.layers.iter().filter_map(|layer| layer.error).collect();
             report.files.extend(self.write(transport, found)?);
         }
         if let (Some(sensors), Precision::Within(tolerance)) = (&self.sensors, self.precision) {

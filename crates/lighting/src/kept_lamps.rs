@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use halflight::pictures::{ImageError, is_exr, read_layers};
-use halflight::render::EmitterPower;
+use halflight::render::{EmitterPower, LayerError};
 use miette::Diagnostic;
 use serde::Deserialize;
 
@@ -73,6 +73,10 @@ struct EarlierMode {
     points: Vec<SolvedPoint>,
     #[serde(default)]
     files: Vec<PathBuf>,
+    #[serde(default)]
+    layers: Vec<String>,
+    #[serde(default)]
+    layer_errors: Vec<LayerError>,
 }
 
 impl LampLight {
@@ -93,11 +97,12 @@ fn of_report(path: &Path) -> Result<LampLight, LampError> {
     let read = serde_json::from_str(&text).map_err(|source| LampError::Report { path: own(), source });
     let Earlier { modes } = read?;
     let one = <[EarlierMode; 1]>::try_from(modes);
-    let [EarlierMode { luminaires, points, files }] =
+    let [EarlierMode { luminaires, points, files, layers: names, layer_errors }] =
         one.map_err(|modes| LampError::Modes { path: own(), count: modes.len() })?;
     let layers = files.iter().find(|file| is_exr(file)).map(|named| {
         let beside = path.parent().map(|folder| folder.join(named));
         read_layers(beside.filter(|path| path.is_file()).unwrap_or_else(|| named.clone()))
     });
-    Ok(LampLight::new(luminaires, points, layers.transpose()?.unwrap_or_default()))
+    let lamps = LampLight::new(luminaires, points, layers.transpose()?.unwrap_or_default());
+    Ok(lamps.with_errors(names.iter().map(String::as_str).zip(layer_errors)))
 }

@@ -7,13 +7,15 @@
 //! Light is linear in E: the light of every lamp times its factor adds up to that of the dimmed scene, whether it is a
 //! power, a picture or the irradiance at a point.
 //!
-//! Not handled: errors of what is dimmed, which are those of the parts; lamps that turn or move.
+//! The picture's error is that of the parts times their factors ([`LayerError::of_sum`]), as if they were independent.
+//!
+//! Not handled: errors of powers and of light at points; lamps that turn or move.
 
 use std::collections::BTreeMap;
 
 use glam::DVec3;
 use halflight::pictures::{NamedPicture, Picture, Shows, Table};
-use halflight::render::{EmitterPower, LayerKind};
+use halflight::render::{EmitterPower, LayerError, LayerKind};
 use serde::{Deserialize, Serialize};
 
 use crate::dimming::dimmed;
@@ -29,6 +31,8 @@ pub struct LampLight {
     powers: Vec<EmitterPower>,
     points: Vec<SolvedPoint>,
     layers: Vec<NamedPicture<Picture>>,
+    /// Of the layers, where they are known.
+    errors: BTreeMap<String, LayerError>,
 }
 
 /// Irradiance at a point by the light of each lamp.
@@ -55,6 +59,9 @@ pub struct Relit {
     pub luminaires: Vec<EmitterPower>,
     /// Light at points with these factors.
     pub points: Vec<RelitPoint>,
+    /// Estimated error of the picture, relative to it; none where those of its layers are not known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<f64>,
     /// Root mean square and largest difference to the illuminance wanted, lux.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub left_over: Option<[f64; 2]>,
@@ -86,7 +93,14 @@ impl LampLight {
         mut layers: Vec<NamedPicture<Picture>>,
     ) -> LampLight {
         layers.retain(|layer| layer.shows == Shows::Light && LayerKind::emitter(&layer.name).is_some());
-        LampLight { powers, points, layers }
+        LampLight { powers, points, layers, errors: BTreeMap::new() }
+    }
+
+    /// The same with the errors of layers by name, of which those of lamps count.
+    pub fn with_errors<'a>(mut self, layers: impl Iterator<Item = (&'a str, LayerError)>) -> LampLight {
+        let of_lamp = |(name, error)| LayerKind::emitter(name).map(|lamp| (lamp.to_owned(), error));
+        self.errors = layers.filter_map(of_lamp).collect();
+        self
     }
 
     /// The lamps of all that there is.
@@ -147,7 +161,16 @@ impl LampLight {
         let points: Vec<RelitPoint> = self.points.iter().enumerate().map(point).collect();
         let factors = self.names().into_iter().map(|name| (name.clone(), factor(&name))).collect();
         let luminaires = self.powers.iter().map(power).collect();
-        Relit { factors, luminaires, left_over: left_over(&points), points }
+        let error = self.error(given);
+        Relit { factors, luminaires, left_over: left_over(&points), points, error }
+    }
+
+    /// The error of the picture with some factors, each the root mean square of its channels.
+    fn error(&self, given: &Factors) -> Option<f64> {
+        let lamps = self.layers.iter().filter_map(|layer| LayerKind::emitter(&layer.name));
+        let known: Vec<_> = lamps.map(|lamp| Some((lamp, *self.errors.get(lamp)?))).collect::<Option<_>>()?;
+        let factor = |lamp: &str| given.get(lamp).map_or(1.0, |f| (f.iter().map(|c| c * c).sum::<f64>() / 3.0).sqrt());
+        (!known.is_empty()).then(|| LayerError::of_sum(known.into_iter().map(|(lamp, error)| (error, factor(lamp)))))
     }
 
     /// The picture with some factors; none where there are no layers to make it from.

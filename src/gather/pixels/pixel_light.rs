@@ -63,14 +63,20 @@ impl PixelLight {
         [0, 1].map(|half| emission[half].min(most) + direct[half] + self.ambient[half])
     }
 
-    /// An emitter's part of emitted and direct light of each half, sums over so many camera rays.
-    pub(crate) fn of(&self, emitter: usize, count: u32) -> [DVec3; 2] {
-        let own = |all: &[[DVec3; 2]]| all.get(emitter).copied().unwrap_or_default();
+    /// An emitter's part of light as emitted of each half, sums over so many camera rays.
+    pub(crate) fn glow_of(&self, emitter: usize, count: u32) -> [DVec3; 2] {
         let known = |outline: &SeenEmission| outline.emitters.get(emitter).copied().unwrap_or_default();
-        let glow = self.outline.as_ref().map_or(own(&self.glows), |o| [f64::from(count) * known(o); 2]);
-        let lit = own(&self.emitters);
+        match &self.outline {
+            Some(outline) => [f64::from(count) * known(outline); 2],
+            None => self.glows.get(emitter).copied().unwrap_or_default(),
+        }
+    }
+
+    /// An emitter's part of direct light of each half, sums over its camera rays.
+    pub(crate) fn direct_of(&self, emitter: usize) -> [DVec3; 2] {
+        let lit = self.emitters.get(emitter).copied().unwrap_or_default();
         let due = |half: usize| self.textured.iter().map(|(_, light)| light.due_of(half, emitter)).sum::<DVec3>();
-        [0, 1].map(|half| glow[half] + lit[half] + due(half))
+        [0, 1].map(|half| lit[half] + due(half))
     }
 
     /// The light on a surface with a texture.

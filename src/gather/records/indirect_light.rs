@@ -130,19 +130,51 @@ impl IndirectLight {
             let own = self.pixels.get(k).and_then(|light| light.layers.get(f));
             own.map_or([DVec3::ZERO; 2], |halves| halves.map(|half| half * f64::from(pixels[k].count)))
         };
-        let layer = |halves: &dyn Fn(usize) -> [DVec3; 2]| GatheredLayer {
-            picture: drawn(view, |k| whole(halves(k)) / pixels[k].camera()),
-            standard_error: drawn(view, |k| pixels[k].variance(halves(k)).map(f64::sqrt)),
-        };
+        let fit = self.misfit_share(pixels);
         let added = |a: [DVec3; 2], b: [DVec3; 2]| [a[0] + b[0], a[1] + b[1]];
-        let emitter = |e: usize| layer(&|k| added(pixels[k].light.of(e, pixels[k].count), indirect(k, e)));
+        // What pixels show as emitted, as reflected from emitters, and as field f.
+        let layer = |glow: &Sums, direct: &Sums, field: Option<usize>| {
+            let of_field = |k: usize| field.map_or([DVec3::ZERO; 2], |f| indirect(k, f));
+            let reflected = |k: usize| added(direct(k), of_field(k));
+            let all = |k: usize| added(glow(k), reflected(k));
+            let (mut squares, mut noise, mut count) = (0.0, 0.0, 0.0);
+            for (k, pixel) in pixels.iter().enumerate() {
+                let light = |halves: [DVec3; 2]| (whole(halves) / pixel.camera()).length_squared();
+                count += pixel.weight();
+                squares += pixel.weight() * light(reflected(k));
+                let own = pixel.variance(reflected(k)).element_sum();
+                noise += pixel.weight() * (own + fit * light(of_field(k)));
+            }
+            let rms = |sum: f64| (sum / (3.0 * f64::max(count, 1.0))).sqrt();
+            GatheredLayer {
+                picture: drawn(view, |k| whole(all(k)) / pixels[k].camera()),
+                standard_error: drawn(view, |k| pixels[k].variance(all(k)).map(f64::sqrt)),
+                rms: rms(squares),
+                noise: rms(noise),
+            }
+        };
+        let nothing = |_: usize| [DVec3::ZERO; 2];
+        let emitter = |e: usize| {
+            let glow = |k: usize| pixels[k].light.glow_of(e, pixels[k].count);
+            layer(&glow, &|k| pixels[k].light.direct_of(e), Some(e))
+        };
         let bounce = |n: usize| match n {
-            0 => layer(&|k| pixels[k].light.emission(pixels[k].count)),
-            1 => layer(&|k| added(pixels[k].light.direct(), indirect(k, fields.emitters))),
-            _ => layer(&|k| indirect(k, fields.emitters + n - 1)),
+            0 => layer(&|k| pixels[k].light.emission(pixels[k].count), &nothing, None),
+            1 => layer(&nothing, &|k| pixels[k].light.direct(), Some(fields.emitters)),
+            _ => layer(&nothing, &nothing, Some(fields.emitters + n - 1)),
         };
         let bounces = if fields.bounces > 0 { fields.bounces + 1 } else { 0 };
         (0..fields.emitters).map(emitter).chain((0..bounces).map(bounce)).collect()
+    }
+
+    /// The squared error of fits as a share of the squared light that they interpolate, summed over the pixels.
+    fn misfit_share(&self, pixels: &[Pixel]) -> f64 {
+        let squared = |(light, pixel): (&PixelIndirect, &Pixel)| {
+            let all: DVec3 = light.fields[..self.picture_fields].iter().map(|field| field.as_dvec3()).sum();
+            pixel.weight() * all.length_squared()
+        };
+        let squares: f64 = self.pixels.iter().zip(pixels).map(squared).sum();
+        if squares > 0.0 { self.misfit / squares } else { 0.0 }
     }
 
     /// RMS of the picture of every auxiliary field.
@@ -175,6 +207,9 @@ impl IndirectLight {
         }
     }
 }
+
+/// Both halves of some light of a pixel, sums over the camera rays of each.
+type Sums<'a> = dyn Fn(usize) -> [DVec3; 2] + 'a;
 
 /// The picture of a value for each pixel.
 fn drawn(view: &View, value: impl Fn(usize) -> DVec3) -> Picture {

@@ -2,6 +2,7 @@
 
 pub(crate) mod both_sides;
 pub(crate) mod division;
+pub(crate) mod layer_errors;
 pub(crate) mod nearing_light;
 pub(crate) mod picture_cost;
 pub(crate) mod residual_check;

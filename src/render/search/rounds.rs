@@ -31,6 +31,7 @@ use crate::render::pilot::fewer;
 use crate::render::rendered::Rendered;
 use crate::render::search::both_sides::least_error;
 use crate::render::search::division::Division;
+use crate::render::search::layer_errors::LightErrors;
 use crate::render::search::nearing_light::{NearingPicture, near_light};
 use crate::render::search::residual_check::{Check, Finding};
 use crate::render::search::solved::{Next, Rough, Solved, Task, half_of, patches_for};
@@ -76,12 +77,15 @@ pub(crate) fn render_to_tolerance(first: &Discretization, task: &Task) -> Result
     let ((least, cast), seconds) = timed(|| least_error(&solved, &gathered, goal, spent.rays + gathered.rays));
     spent.seconds.gather += seconds;
     spent.rays += cast;
+    let (light, seconds) = timed(|| LightErrors::new(&solved, goal, watch));
+    spent.seconds.gather += seconds;
     let gathered = if step > 1 { gathered.averaged(step) } else { gathered };
     let scene = solved.mode.scene();
     let lit = scene.materials.iter().any(Material::emits) || scene.lights.iter().any(PunctualLight::shines);
     let signal = gathered.error.signal;
     let mut rendered = Rendered { emitters, ..solved.finish(gathered, spent) };
     rendered.contradict(least, signal);
+    light.state(&mut rendered, signal);
     if lit && rendered.is_black() {
         // Light that no ray found is no proof that there is none.
         rendered.error.gather = 1.0;

@@ -42,7 +42,7 @@ pub(crate) const ORDER: f64 = 1.5;
 
 /// The error on the finer patches as a share of the difference between two levels, whose patches differ by a factor of
 /// two in size: `1 / (2^ORDER - 1)`.
-fn of_finer() -> f64 {
+pub(crate) fn of_finer() -> f64 {
     1.0 / (ORDER.exp2() - 1.0)
 }
 
@@ -81,7 +81,9 @@ pub(crate) struct Solved {
     solution: Solution,
     /// The other scrambling, where the picture is taken apart or the light on patches returned.
     other: Option<(Assembled, Solution)>,
-    apart: Apart,
+    /// The terms on patches four times as large, where the picture is taken apart.
+    pub coarse: Vec<Vec<Light>>,
+    pub apart: Apart,
     on_patches: LightOnPatches,
     pub fields: Fields,
     pub error: ErrorParts,
@@ -171,7 +173,9 @@ impl Solved {
         let other =
             (!task.apart.is_nothing() || task.on_patches == LightOnPatches::Returned).then_some((second, other));
         let (signal, apart, on_patches) = (0.0, task.apart, task.on_patches);
-        Ok((Solved { mode, solution, other, apart, on_patches, fields, error, signal, camera: CAMERA[1] }, spent))
+        let coarse = if apart.is_nothing() { Vec::new() } else { coarse };
+        let camera = CAMERA[1];
+        Ok((Solved { mode, solution, other, coarse, apart, on_patches, fields, error, signal, camera }, spent))
     }
 }
 
@@ -188,7 +192,7 @@ fn fields(patches: &Patches, [a, b, c]: [Vec<Rgb>; 3]) -> Fields {
 }
 
 /// Light of larger patches, given on the smaller ones, as linear within the larger.
-fn larger(patches: &Patches, neighbours: &Neighbours, values: &[Rgb]) -> Vec<Linear> {
+pub(crate) fn larger(patches: &Patches, neighbours: &Neighbours, values: &[Rgb]) -> Vec<Linear> {
     let parents = patches.parents();
     let neighbours = neighbours.larger(parents, &patches.weights());
     let mut own = vec![Rgb::ZERO; neighbours.len()];
@@ -251,13 +255,23 @@ impl Solved {
         View::new(&self.mode.lights, goal.size)
     }
 
+    /// Both scramblings with their equations, where both are kept.
+    pub(crate) fn halves(&self) -> Option<[(&Assembled, &Solution); 2]> {
+        self.other.as_ref().map(|(second, other)| [(&self.mode, &self.solution), (second, other)])
+    }
+
     /// A small picture, enough to estimate the errors of the fields.
     pub(crate) fn rough(&self, goal: &PictureGoal, watch: &dyn Watch) -> Rough {
+        self.rough_of(&self.fields, goal, watch)
+    }
+
+    /// The same of some fields.
+    pub(crate) fn rough_of(&self, fields: &Fields, goal: &PictureGoal, watch: &dyn Watch) -> Rough {
         let (mut camera, mut rays) = (ROUGH_CAMERA, 0);
         loop {
             let sampling = GatherSampling { camera, luminaire: 1, hemisphere: ROUGH_RAYS / camera, seed: goal.seed };
             let mut gathered =
-                render(&self.mode.lights, &self.fields, &GatherPass::new(rough_size(goal.size), &sampling), watch);
+                render(&self.mode.lights, fields, &GatherPass::new(rough_size(goal.size), &sampling), watch);
             rays += gathered.rays;
             let noise = gathered.error.share(gathered.error.camera);
             if noise <= ROUGH_NOISE || camera == ROUGH_RAYS || goal.is_late() {
@@ -282,10 +296,8 @@ impl Solved {
     /// picture has shown the errors of the other fields.
     pub(crate) fn picture_fields(&self) -> (Fields, Vec<EmitterPower>) {
         let fields = self.fields.picture_only();
-        match &self.other {
-            Some((second, other)) if !self.apart.is_nothing() => {
-                with_layers(fields, &[(&self.mode, &self.solution), (second, other)], self.apart)
-            }
+        match self.halves() {
+            Some(halves) if !self.apart.is_nothing() => with_layers(fields, &halves, self.apart),
             _ => (fields, Vec::new()),
         }
     }
