@@ -37,7 +37,7 @@ pub(crate) struct Leaving {
 }
 
 impl Leaving {
-    /// What is drawn in its place, with probability over which its weight is.
+    /// The same with its power times a weight, 1 over the probability that it was drawn with.
     pub(crate) fn scaled(self, weight: f64) -> Leaving {
         Leaving { power: weight * self.power, ..self }
     }
