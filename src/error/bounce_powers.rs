@@ -12,9 +12,9 @@
 //!
 //! where walks that only carry their weights on have one that grows as the n-th power of some number, which is infinite
 //! in the sum between the two frontiers of a path tracer's series. Means have no bias, whatever is drawn (systematic
-//! resampling: A. Doucet, A. Johansen, *A tutorial on particle filtering and smoothing*, 2009, 3.4; splitting: J. Arvo, D. Kirk,
-//! *Particle transport and image synthesis*, 1990). Standard errors come from independent batches of equal size, and
-//! are widened by what so few of them know of their own spread.
+//! resampling: A. Doucet, A. Johansen, *A tutorial on particle filtering and smoothing*, 2009, 3.4; splitting: J. Arvo,
+//! D. Kirk, *Particle transport and image synthesis*, 1990). Standard errors come from independent batches of equal
+//! size, and are widened by what so few of them know of their own spread.
 //!
 //! Not handled: norms of the terms, which need light by position; a place that no walk of any batch ever enters and that
 //! patches do not see either.
