@@ -232,6 +232,10 @@ impl<'a> Population<'a> {
     /// As many from what left the surfaces of the term before.
     fn go_on(&mut self, term: usize, before: &[(Leaving, usize)]) {
         let step = before.iter().map(|(leaving, _)| leaving.total()).sum::<f64>() / f64::from(BATCH);
+        // Of terms beyond what a number can hold nothing is known.
+        if !step.is_normal() {
+            return;
+        }
         let mut next = step * f64::from(self.random.uniform());
         let mut until = 0.0;
         for (leaving, emitter) in before {
@@ -308,6 +312,17 @@ mod tests {
             assert!(squares < 27.9, "term {n}: {squares}");
         }
         assert!(found.iter().all(|terms| terms[7].1 < 0.02), "16 batches suffice for 2 % of the last");
+    }
+
+    /// rho alpha of 0.05: the power of K²⁵⁰E is below the least number.
+    #[test]
+    fn terms_too_small_for_a_number_end() {
+        let mut scene = Scene::open("furnace").unwrap();
+        scene.materials.iter_mut().for_each(|material| material.rho = glam::Vec3::splat(0.05));
+        let emitters = Emitters::of(&scene);
+        let goal = WalkGoal { count: 260, error: 0.1, deadline: None, seed: 0, emitters, on_patches: Vec::new() };
+        let terms = walked_powers(&scene, &Rays::new(&scene), Mode::Global.transport(), &goal).terms;
+        assert!(terms[200].0.is_known() && !terms[259].0.is_known());
     }
 
     /// Faces of a cube with corners at ±r: outward, or inward.
