@@ -111,9 +111,9 @@ fn terms_are_as_near_finer_ones_as_stated() {
 }
 
 /// A dark room, reflectance 0.05, and behind a hole of 8 mm a white closet, 0.98 (tests/data/closet): one walk in a
-/// hundred thousand enters, and carries nearly all of the later terms. What a lamp of 0.4 m, radiance 100, sends through
-/// the hole is the closed form of a small source, `L A cos cos' / d²` times the area of the hole, and 0.98 of it is
-/// left after each bounce.
+/// hundred thousand enters, and carries nearly all of the later terms. What a lamp of 0.4 m, radiance 100, sends
+/// through the hole is the closed form of a small source, `L A cos cos' / d²` times the area of the hole, and 0.98 of
+/// it is left after each bounce.
 #[test]
 fn a_rare_bright_place_is_in_later_terms_or_in_their_error() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/closet/closet.toml");
@@ -131,8 +131,8 @@ fn a_rare_bright_place_is_in_later_terms_or_in_their_error() {
     }
 }
 
-/// Four lights without area, one of which makes nearly all of the light: what the others add is off by more, relative to
-/// itself, than the picture, and says so.
+/// Four lights without area, one of which makes nearly all of the light: what the others add is off by more, relative
+/// to itself, than the picture, and says so.
 #[test]
 fn layers_are_as_near_finer_ones_as_stated() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/meshes/cornell-box-lights.toml");

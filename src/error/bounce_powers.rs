@@ -16,8 +16,8 @@
 //! D. Kirk, *Particle transport and image synthesis*, 1990). Standard errors come from independent batches of equal
 //! size, and are widened by what so few of them know of their own spread.
 //!
-//! Not handled: norms of the terms, which need light by position; a place that no walk of any batch ever enters and that
-//! patches do not see either.
+//! Not handled: norms of the terms, which need light by position; a place that no walk of any batch ever enters and
+//! that patches do not see either.
 
 use std::sync::Arc;
 use std::time::Instant;

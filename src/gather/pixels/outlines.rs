@@ -14,9 +14,9 @@
 //! Where n rays agree in each of k pixels, they missed about as much as was seen by one ray alone in f other pixels:
 //! 1/n of a pixel for each of those and for one more, not of each of the k (Good, 1953). So the variance of what rays
 //! agree about is that of a pixel alone times `(f + 1) / k`, at most 1. It counts in the error of what is emitted: a
-//! pixel that shows an emitter unseen is one that sees a luminaire, over which the error of reflected light is not told.
-//! Worth: a window deep in a wall before a bright panel out of view, 5 %: 4.6 to 4.9 % stated and 1.0 CPU s, 8.9 % and
-//! 1.5 with a doubt for each pixel (`tests/data/hard/reveals`).
+//! pixel that shows an emitter unseen is one that sees a luminaire, over which the error of reflected light is not
+//! told. Worth: a window deep in a wall before a bright panel out of view, 5 %: 4.6 to 4.9 % stated and 1.0 CPU s,
+//! 8.9 % and 1.5 with a doubt for each pixel (`tests/data/hard/reveals`).
 //!
 //! Pixels get four times the rays in the order of what that gains, until the noise of the emission that the picture
 //! shows is as requested.

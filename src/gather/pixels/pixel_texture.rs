@@ -1,10 +1,10 @@
 //! The texture that a pixel shows: means over pixels or parts of them, so that finer textures are no noise.
 //!
-//! Where all camera rays end on one plane surface the mean reflectance over the pixel is known, and stands for each ray.
-//! Where a pixel shows several surfaces, a ray has that of its surface over a cell as large as its share of the pixel,
-//! if the cells around show nothing else. At an edge it keeps its own point's: the mean over a cell would include hidden
-//! texels, alike in both halves, so that the standard error would not show it. What light makes of a mean is up to
-//! [`crate::gather::pixels::textured_light`].
+//! Where all camera rays end on one plane surface the mean reflectance over the pixel is known, and stands for each
+//! ray. Where a pixel shows several surfaces, a ray has that of its surface over a cell as large as its share of the
+//! pixel, if the cells around show nothing else. At an edge it keeps its own point's: the mean over a cell would
+//! include hidden texels, alike in both halves, so that the standard error would not show it. What light makes of a
+//! mean is up to [`crate::gather::pixels::textured_light`].
 //!
 //! Worth: rooms with images take 1.2 to 1.7 times as long as with their mean colours (docs/validation.md, Textures);
 //! pixels at edges took ten times as many rays.

@@ -14,9 +14,9 @@
 //! that is even within the pixel leaves no noise (difference estimates: W. G. Cochran, *Sampling Techniques*, 1977,
 //! chapter 7).
 //!
-//! Worth: of stripes whose white halves lie in shadow the product of means is 6 times too bright; with D' of a ray's own
-//! half, whose rays are spread evenly, it is 4 % too dark; with D' of a few rays at a time instead of all, the product of
-//! its noise and theirs is as large as their difference, which does not show it.
+//! Worth: of stripes whose white halves lie in shadow the product of means is 6 times too bright; with D' of a ray's
+//! own half, whose rays are spread evenly, it is 4 % too dark; with D' of a few rays at a time instead of all, the
+//! product of its noise and theirs is as large as their difference, which does not show it.
 //!
 //! Not handled: indirect light, whose mean is multiplied by that of reflectance; a surface that the other half has not
 //! met, whose rays keep their own reflectance.

@@ -1,9 +1,10 @@
 //! How far the layers of a picture may be off, each for itself.
 //!
 //! The errors of the light on patches are known of the whole picture. Those of one lamp's part of it are found as the
-//! search finds them: half the difference of two scramblings of F, and the difference to patches four times as large, of
-//! each layer's own light, shown in a rough picture. Where the whole is known to be off by more than these two tell of
-//! it, each layer is taken to be so by as much. The gather pass adds the noise of the layer, and its part of the fit.
+//! search finds them: half the difference of two scramblings of F, and the difference to patches four times as large,
+//! of each layer's own light, shown in a rough picture. Where the whole is known to be off by more than these two tell
+//! of it, each layer is taken to be so by as much. The gather pass adds the noise of the layer, and its part of the
+//! fit.
 //!
 //! Worth: of a picture whose lamp that makes 99 % is put out the rest is 42 to 57 % off (docs/validation.md, Lamps).
 //!
