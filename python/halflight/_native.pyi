@@ -54,6 +54,11 @@ class KeptLamps:
         """
         The factors given, and those of all other lamps that light points as wanted, lux.
         """
+    def error(self, /, given: dict[str, SupportsLenAndGetItem[SupportsFloat | SupportsIndex]]) -> float | None:
+        """
+        The estimated error of the picture with some factors, relative to it; none where those of its layers are not
+        known.
+        """
     def named(self, /, name: str) -> list[int]:
         """
         Numbers of the points of a name.
@@ -70,10 +75,10 @@ class KeptLamps:
         """
         How many points were measured, and whether with the light of each lamp.
         """
-    def relit(self, /, given: dict[str, SupportsLenAndGetItem[SupportsFloat | SupportsIndex]], wanted: SupportsGetItem[int, SupportsFloat | SupportsIndex | None] | None) -> tuple[dict[str, list[float]], list[tuple[str, list[float], list[float]]], list[tuple[str | None, list[float], list[float], float, bool]], list[float] | None, float | None]:
+    def relit(self, /, given: dict[str, SupportsLenAndGetItem[SupportsFloat | SupportsIndex]], wanted: SupportsGetItem[int, SupportsFloat | SupportsIndex | None] | None) -> tuple[dict[str, list[float]], list[tuple[str, list[float], list[float]]], list[tuple[str | None, list[float], list[float], float, bool]], list[float] | None]:
         """
         Factors of all lamps, powers and points with some factors; root mean square and largest difference to what is
-        wanted; the estimated error of the picture.
+        wanted.
         """
 
 @final

@@ -112,7 +112,7 @@ def relight(
     wanted = None if lux is None else _aims(kept, lux)
     if wanted is not None:
         factors = kept.aimed(wanted, factors)
-    all_of_them, powers, points, left_over, error = kept.relit(factors, wanted)
+    all_of_them, powers, points, left_over = kept.relit(factors, wanted)
     pixels = kept.picture(factors)
     return Relit(
         {name: np.array(all_of_them[name]) for name in names},
@@ -125,7 +125,7 @@ def relight(
         np.array([point[3] for point in points]),
         np.array([point[4] for point in points], dtype=bool),
         None if left_over is None else (left_over[0], left_over[1]),
-        error,
+        kept.error(factors),
     )
 
 

@@ -61,17 +61,23 @@ impl KeptLamps {
     }
 
     /// Factors of all lamps, powers and points with some factors; root mean square and largest difference to what is
-    /// wanted; the estimated error of the picture.
+    /// wanted.
     fn relit(
         &self,
         given: Factors,
         wanted: Option<Vec<Option<f64>>>,
-    ) -> (Factors, Vec<Power>, Vec<Point>, Option<[f64; 2]>, Option<f64>) {
+    ) -> (Factors, Vec<Power>, Vec<Point>, Option<[f64; 2]>) {
         let relit = self.0.relit(&given, wanted.as_deref());
         let powers = relit.luminaires.into_iter().map(|own| (own.name, own.emitted, own.reflected));
         let points = relit.points.into_iter();
         let points = points.map(|p| (p.name, p.position, p.irradiance, p.illuminance, p.is_inside));
-        (relit.factors, powers.collect(), points.collect(), relit.left_over, relit.error)
+        (relit.factors, powers.collect(), points.collect(), relit.left_over)
+    }
+
+    /// The estimated error of the picture with some factors, relative to it; none where those of its layers are not
+    /// known.
+    fn error(&self, given: Factors) -> Option<f64> {
+        self.0.error(&given)
     }
 
     /// The picture with some factors; none where no layers were kept.

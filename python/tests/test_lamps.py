@@ -92,6 +92,7 @@ def test_files_are_relit_as_mixtures_are(tmp_path: Path, light: hl.Irradiance, p
     # An EXR file alone has the picture and nothing else.
     alone = hl.relight(tmp_path / "room.exr", {"left": 0})
     assert np.allclose(alone.picture, picture.layers["lamp.right"]) and len(alone.lux) == 0 and alone.emitted == {}
+    assert alone.error is None and relit.error is None  # the report above has none
 
 
 def test_files_are_dimmed_as_points_are(tmp_path: Path, light: hl.Irradiance, picture: hl.Picture) -> None:

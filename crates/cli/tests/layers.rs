@@ -226,6 +226,17 @@ fn what_was_solved_is_dimmed_without_a_ray() {
         assert!((sum - *pixel).abs().max_element() < 1e-5, "{k}: {sum} {pixel}");
     }
     assert_eq!(relit["factors"]["sky"], serde_json::json!([0.0, 0.0, 0.0]));
+    // Its error is that of the layers times their factors, over what they show.
+    let names = kept["modes"][0]["layers"].as_array().expect("layers").iter();
+    let errors = kept["modes"][0]["layer_errors"].as_array().expect("errors");
+    let squares = names.zip(errors).fold([0.0; 2], |[error, rms], (name, own)| {
+        let times = |key: &str| factor(name.as_str().unwrap()) * own[key].as_f64().unwrap();
+        [error + times("error").powi(2), rms + times("rms").powi(2)]
+    });
+    let stated = relit["error"].as_f64().expect("an error");
+    assert!((stated - (squares[0] / squares[1]).sqrt()).abs() < 1e-9 && stated > 0.01 && stated < 0.3, "{stated}");
+    // An EXR file alone has no errors.
+    assert!(report(&place, "relight r.exr -o alone.exr").get("error").is_none());
     // What a lamp at half its strength gives is what is wanted: the factor is found.
     let aims: String = kept["modes"][0]["points"]
         .as_array()

@@ -165,8 +165,9 @@ impl LampLight {
         Relit { factors, luminaires, left_over: left_over(&points), points, error }
     }
 
-    /// The error of the picture with some factors, each the root mean square of its channels.
-    fn error(&self, given: &Factors) -> Option<f64> {
+    /// The estimated error of the picture with some factors, each the root mean square of its channels, relative to it;
+    /// none where those of its layers are not known.
+    pub fn error(&self, given: &Factors) -> Option<f64> {
         let lamps = self.layers.iter().filter_map(|layer| LayerKind::emitter(&layer.name));
         let known: Vec<_> = lamps.map(|lamp| Some((lamp, *self.errors.get(lamp)?))).collect::<Option<_>>()?;
         let factor = |lamp: &str| given.get(lamp).map_or(1.0, |f| (f.iter().map(|c| c * c).sum::<f64>() / 3.0).sqrt());

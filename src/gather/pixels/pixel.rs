@@ -100,8 +100,8 @@ impl Pixel {
 
     /// Squared standard error of that, with what rays agree about.
     pub(crate) fn emission_variance(&self) -> DVec3 {
-        let measured = |outline: &Box<SeenEmission>| outline.variance + outline.doubt;
-        self.light.outline.as_ref().map_or_else(|| self.variance(self.light.emitted), measured)
+        let measured = |outline: &SeenEmission| outline.variance + outline.doubt;
+        self.light.outline.as_deref().map_or_else(|| self.variance(self.light.emitted), measured)
     }
 
     /// The squared standard error of what its outline of an emitter shows, which its halves do not have, by rays that
