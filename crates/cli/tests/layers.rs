@@ -230,7 +230,7 @@ fn what_was_solved_is_dimmed_without_a_ray() {
     let names = kept["modes"][0]["layers"].as_array().expect("layers").iter();
     let errors = kept["modes"][0]["layer_errors"].as_array().expect("errors");
     let squares = names.zip(errors).fold([0.0; 2], |[error, rms], (name, own)| {
-        let times = |key: &str| factor(name.as_str().unwrap()) * own[key].as_f64().unwrap();
+        let times = |key: &str| f64::from(factor(name.as_str().unwrap())) * own[key].as_f64().unwrap();
         [error + times("error").powi(2), rms + times("rms").powi(2)]
     });
     let stated = relit["error"].as_f64().expect("an error");
