@@ -69,11 +69,10 @@ impl GatherError {
         self.share((self.camera.powi(2) + self.hemisphere.powi(2) + self.fit.powi(2)).sqrt())
     }
 
-    /// The error of light as emitted, as a share of it, or of the picture where that shows none.
+    /// The error of light as emitted, as a share of it; 0 where the picture shows none.
     pub fn of_emission(&self) -> f64 {
         let [noise, shown] = self.emission;
-        let signal = if shown > 0.0 { shown } else { self.signal };
-        GatherError { signal, ..GatherError::default() }.share(noise)
+        GatherError { signal: shown, ..GatherError::default() }.share(noise)
     }
 
     /// These errors over the signal less the noise in it, `sqrt(signal² - camera² - hemisphere²)`; a quarter of the RMS

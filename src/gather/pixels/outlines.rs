@@ -13,10 +13,9 @@
 //!
 //! Where n rays agree in each of k pixels, they missed about as much as was seen by one ray alone in f other pixels:
 //! 1/n of a pixel for each of those and for one more, not of each of the k (Good, 1953). So the variance of what rays
-//! agree about is that of a pixel alone times `(f + 1) / k`, at most 1. It counts in the error of what is emitted: a
-//! pixel that shows an emitter unseen is one that sees a luminaire, over which the error of reflected light is not
-//! told. Worth: a window deep in a wall before a bright panel out of view, 5 %: 4.6 to 4.9 % stated and 1.0 CPU s,
-//! 8.9 % and 1.5 with a doubt for each pixel (`tests/data/hard/reveals`).
+//! agree about is that of a pixel alone times `(f + 1) / k`, at most 1. Worth: a window deep in a wall before a bright
+//! panel out of view, 5 %: 4.6 to 4.9 % stated and 1.0 CPU s, 8.9 % and 1.5 with a doubt for each pixel
+//! (`tests/data/hard/reveals`).
 //!
 //! Pixels get four times the rays in the order of what that gains, until the noise of the emission that the picture
 //! shows is as requested.
@@ -101,7 +100,7 @@ pub(crate) fn measure_outlines(camera_rays: &CameraRays, pixels: &mut [Pixel], n
     }
     let missed = missed(&outlined);
     for mut own in outlined.into_iter().filter(|own| own.found.rays > 0) {
-        own.found.doubt *= missed;
+        own.found.variance += missed * own.found.doubt;
         pixels[own.pixel].light.outline = Some(Box::new(own.found));
     }
 }
@@ -114,37 +113,31 @@ fn missed(outlined: &[Outlined]) -> f64 {
 }
 
 /// The pixels to get more rays: those that lose most variance for a ray, until the noise is predicted to be as
-/// requested. What rays differ about shows beside what is reflected, of whose error it is to be a small part; what they
-/// agree about is a small part of what is emitted, where the picture shows any.
+/// requested.
 fn next(outlined: &[Outlined], pixels: &[Pixel], noise: f64) -> Vec<usize> {
     let others = pixels.iter().map(|pixel| pixel.mean_emission().length_squared()).sum::<f64>();
     let differs =
         |own: &Outlined| own.found.value.length_squared() - pixels[own.pixel].mean_emission().length_squared();
-    let emitted = others + outlined.iter().map(differs).sum::<f64>();
-    let reflected = pixels.iter().map(|pixel| pixel.weight() * pixel.reflected().length_squared()).sum::<f64>();
-    let least = if reflected > 0.0 && emitted > 0.0 { emitted.min(reflected) } else { emitted.max(reflected) };
+    let signal = others + outlined.iter().map(differs).sum::<f64>();
     let missed = missed(outlined);
-    let parts = |own: &Outlined| [own.found.variance, missed * own.found.doubt].map(DVec3::element_sum);
-    let all = OUTLINES * noise * noise;
+    let variance = |own: &Outlined| (own.found.variance + missed * own.found.doubt).element_sum();
+    // Slivers of what is bright show beside what is reflected, of whose error they are to be a small part.
+    let reflected = pixels.iter().map(|pixel| pixel.weight() * pixel.reflected().length_squared()).sum::<f64>();
+    let signal = if reflected > 0.0 { signal.min(reflected) } else { signal };
+    let all = OUTLINES * noise * noise * signal;
     let before: f64 = pixels.iter().map(|pixel| pixel.outline_variance().element_sum()).sum();
-    let goals = [(all * least - before).max(LATE * all * least), all * if emitted > 0.0 { emitted } else { least }];
-    let mut left = outlined.iter().map(parts).fold([0.0; 2], |[a, b], [u, v]| [a + u, b + v]);
-    // What a pixel has of either part, as a share of what is too much.
-    let variance = |own: &Outlined| {
-        let too_much = |k: usize| if left[k] > goals[k] { parts(own)[k] / goals[k] } else { 0.0 };
-        too_much(0) + too_much(1)
-    };
-    let worth = |i: usize| variance(&outlined[i]) / f64::from(outlined[i].rays);
-    let open = (0..outlined.len()).filter(|&i| outlined[i].rays < MOST && variance(&outlined[i]) > 0.0);
-    let mut order: Vec<(f64, usize)> = open.map(|i| (worth(i), i)).collect();
-    order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let needed = |&(_, i): &(f64, usize)| {
-        let is_needed = left[0] > goals[0] || left[1] > goals[1];
-        let own = parts(&outlined[i]);
-        left = [0, 1].map(|k| left[k] - (1.0 - LEFT) * own[k]);
+    let goal = (all - before).max(LATE * all);
+    let mut left = outlined.iter().map(variance).sum::<f64>();
+    let mut order: Vec<usize> =
+        (0..outlined.len()).filter(|&i| outlined[i].rays < MOST && variance(&outlined[i]) > 0.0).collect();
+    let worth = |&i: &usize| variance(&outlined[i]) / f64::from(outlined[i].rays);
+    order.sort_by(|a, b| worth(b).total_cmp(&worth(a)).then(a.cmp(b)));
+    let needed = |&i: &usize| {
+        let is_needed = left > goal;
+        left -= (1.0 - LEFT) * variance(&outlined[i]);
         is_needed
     };
-    order.into_iter().take_while(needed).map(|(_, i)| i).collect()
+    order.into_iter().take_while(needed).collect()
 }
 
 /// The pixels that show outlines, in order.

@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use crate::error::halves::Halves;
 use crate::gather::pixels::pixel_layer::{Layer, SurfaceKey};
-use crate::gather::pixels::pixel_light::{PixelLight, SeenEmission};
+use crate::gather::pixels::pixel_light::PixelLight;
 use crate::gather::pixels::pixel_noise::PixelNoise;
 use crate::gather::pixels::pixel_texture::PixelTexture;
 use crate::surfaces::SurfacePoint;
@@ -98,14 +98,12 @@ impl Pixel {
         (a + b) / self.camera().max(1.0)
     }
 
-    /// Squared standard error of that, with what rays agree about.
+    /// Squared standard error of that.
     pub(crate) fn emission_variance(&self) -> DVec3 {
-        let measured = |outline: &SeenEmission| outline.variance + outline.doubt;
-        self.light.outline.as_deref().map_or_else(|| self.variance(self.light.emitted), measured)
+        self.light.outline.as_ref().map_or_else(|| self.variance(self.light.emitted), |outline| outline.variance)
     }
 
-    /// The squared standard error of what its outline of an emitter shows, which its halves do not have, by rays that
-    /// differ; 0 without one.
+    /// The squared standard error of what its outline of an emitter shows, which its halves do not have; 0 without one.
     pub(crate) fn outline_variance(&self) -> DVec3 {
         self.light.outline.as_ref().map_or(DVec3::ZERO, |outline| outline.variance)
     }

@@ -13,8 +13,7 @@ pub(crate) struct SeenEmission {
     pub value: DVec3,
     /// Squared standard error.
     pub variance: DVec3,
-    /// Squared standard error of what rays agree about: of a pixel alone while they are cast, its share of that of all
-    /// then.
+    /// Squared standard error of what rays agree about, as if this pixel were the only one.
     pub doubt: DVec3,
     /// Whether one ray alone differs from all others.
     pub is_rare: bool,
