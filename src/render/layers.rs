@@ -120,9 +120,8 @@ impl Assembled {
         apart: Apart,
         watch: &dyn Watch,
     ) -> (Gathered, Vec<EmitterPower>) {
-        let solved = [(self, solution)];
-        let solved = if apart.is_nothing() { &[][..] } else { &solved };
-        let (fields, powers) = with_layers(self.picture_fields(solution), solved, apart);
+        let light = (!apart.is_nothing()).then(|| LayerLight::new(self, solution, apart));
+        let (fields, powers) = with_layers(self.picture_fields(solution), self, light.as_slice());
         (render(&self.lights, &fields, pass, watch), powers)
     }
 }
@@ -192,20 +191,17 @@ impl LayerLight {
     }
 }
 
-/// The fields of a picture with those of its layers: the means of independent solutions, each with its equation; and
-/// the powers of the emitters.
-pub(crate) fn with_layers(
-    fields: Fields,
-    solved: &[(&Assembled, &Solution)],
-    apart: Apart,
-) -> (Fields, Vec<EmitterPower>) {
-    let Some((mode, _)) = solved.first() else { return (fields, Vec::new()) };
-    let found: Vec<_> = solved.iter().map(|(mode, solution)| LayerLight::new(mode, solution, apart)).collect();
-    let share = 1.0 / solved.len() as f32;
+/// The fields of a picture with those of its layers, the means of those of independent solutions of a mode; and the
+/// powers of the emitters. Without any the picture stays whole.
+pub(crate) fn with_layers(fields: Fields, mode: &Assembled, found: &[LayerLight]) -> (Fields, Vec<EmitterPower>) {
+    if found.is_empty() {
+        return (fields, Vec::new());
+    }
+    let share = 1.0 / found.len() as f32;
     let mean = |of: fn(&LayerLight) -> &Vec<Vec<Rgb>>| {
         let count = found.iter().map(|own| of(own).len()).max().unwrap_or(0);
         let mut means = vec![vec![Rgb::ZERO; mode.patches().len()]; count];
-        for own in &found {
+        for own in found {
             for (mean, light) in means.iter_mut().zip(of(own)) {
                 mean.iter_mut().zip(light).for_each(|(sum, l)| *sum += share * *l);
             }
@@ -215,13 +211,13 @@ pub(crate) fn with_layers(
     let (emitters, bounces) = (mean(|own| &own.emitters), mean(|own| &own.bounces));
     let neighbours = mode.patches().neighbours();
     let read: Vec<_> = emitters.iter().chain(&bounces).map(|field| linear(&neighbours, field)).collect();
-    let reflected: Vec<_> = found.into_iter().map(|own| own.reflected).collect();
-    let powers = if apart.emitters { mean_powers(mode, &reflected) } else { Vec::new() };
+    let reflected: Vec<_> = found.iter().map(|own| &own.reflected).filter(|own| !own.is_empty()).collect();
+    let powers = mean_powers(mode, &reflected);
     (fields.with_layers(&read, emitters.len()), powers)
 }
 
 /// The powers of the emitters, the reflected ones means over solutions.
-fn mean_powers(mode: &Assembled, reflected: &[Vec<[f64; 3]>]) -> Vec<EmitterPower> {
+fn mean_powers(mode: &Assembled, reflected: &[&Vec<[f64; 3]>]) -> Vec<EmitterPower> {
     if reflected.is_empty() {
         return Vec::new();
     }

@@ -35,7 +35,7 @@ use crate::reading::{Fields, View, linear};
 use crate::render::assembly::{Assembled, Discretization, assemble};
 use crate::render::fineness::Fineness;
 use crate::render::goal::{Spent, timed};
-use crate::render::layers::{Apart, with_layers};
+use crate::render::layers::{Apart, LayerLight, with_layers};
 use crate::render::memory::Held;
 use crate::render::pilot::fewer;
 use crate::render::pooled_error::{PooledError, PooledPoint};
@@ -121,7 +121,8 @@ impl SensorFields {
     fn new(mode: &Assembled, solution: &Solution, apart: Apart) -> SensorFields {
         let total = Fields::linear(&[linear(&mode.patches().neighbours(), &mode.reflected(&solution.terms))]);
         let onward = (1..=DEEPEST).map(|depth| total.clone().recording(depth)).collect();
-        SensorFields { at_once: with_layers(total, &[(mode, solution)], Apart { bounces: true, ..apart }).0, onward }
+        let layers = LayerLight::new(mode, solution, Apart { bounces: true, ..apart });
+        SensorFields { at_once: with_layers(total, mode, &[layers]).0, onward }
     }
 }
 

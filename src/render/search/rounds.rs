@@ -68,8 +68,13 @@ pub(crate) fn render_to_tolerance(first: &Discretization, task: &Task) -> Result
     let (solved, mut spent) = Search::new(first, &Task { goal: &goal.of_light(), ..*task }).run()?;
     let error = left(goal.tolerance, solved.error.sum().total.powi(2));
     let within = Gathering::Within { error, camera: solved.camera, seed: goal.seed, deadline: goal.deadline };
-    let ((fields, emitters), seconds) = timed(|| solved.picture_fields());
+    let (layers, seconds) = timed(|| solved.layer_light());
     spent.seconds.solve += seconds;
+    let ((fields, emitters), seconds) = timed(|| solved.picture_fields(&layers));
+    spent.seconds.solve += seconds;
+    let (light, seconds) = timed(|| LightErrors::new(&solved, &layers, goal, watch));
+    spent.seconds.gather += seconds;
+    drop(layers);
     let watch = &NearingPicture { watch, light: solved.error.total };
     let gather = || render(&solved.mode.lights, &fields, &GatherPass::new(goal.size, within), watch);
     let (gathered, seconds) = timed(gather);
@@ -77,8 +82,6 @@ pub(crate) fn render_to_tolerance(first: &Discretization, task: &Task) -> Result
     let ((least, cast), seconds) = timed(|| least_error(&solved, &gathered, goal, spent.rays + gathered.rays));
     spent.seconds.gather += seconds;
     spent.rays += cast;
-    let (light, seconds) = timed(|| LightErrors::new(&solved, goal, watch));
-    spent.seconds.gather += seconds;
     let gathered = if step > 1 { gathered.averaged(step) } else { gathered };
     let scene = solved.mode.scene();
     let lit = scene.materials.iter().any(Material::emits) || scene.lights.iter().any(PunctualLight::shines);

@@ -18,7 +18,7 @@ use crate::rays::sobol::replica_seed;
 use crate::reading::{Fields, Linear, View, linear};
 use crate::render::assembly::{Assembled, Discretization, PatchLight, Watch, assemble, render};
 use crate::render::goal::{PictureGoal, Spent, timed};
-use crate::render::layers::{Apart, EmitterPower, with_layers};
+use crate::render::layers::{Apart, EmitterPower, LayerLight, with_layers};
 use crate::render::rendered::{ErrorParts, LightOnPatches, Rendered};
 use crate::solve::{Diverges, Settings, Solution, coarse_terms, neumann};
 
@@ -255,9 +255,12 @@ impl Solved {
         View::new(&self.mode.lights, goal.size)
     }
 
-    /// Both scramblings with their equations, where both are kept.
-    pub(crate) fn halves(&self) -> Option<[(&Assembled, &Solution); 2]> {
-        self.other.as_ref().map(|(second, other)| [(&self.mode, &self.solution), (second, other)])
+    /// The light of the layers in both scramblings; nothing where the picture stays whole.
+    pub(crate) fn layer_light(&self) -> Vec<LayerLight> {
+        let other = self.other.as_ref().filter(|_| !self.apart.is_nothing());
+        let halves = other.map(|(second, other)| [(&self.mode, &self.solution), (second, other)]);
+        let own = |(mode, solution): (&Assembled, &Solution)| LayerLight::new(mode, solution, self.apart);
+        halves.into_iter().flatten().map(own).collect()
     }
 
     /// A small picture, enough to estimate the errors of the fields.
@@ -294,12 +297,8 @@ impl Solved {
 
     /// The fields that the picture is gathered from, and the powers of emitters whose light is kept apart; the rough
     /// picture has shown the errors of the other fields.
-    pub(crate) fn picture_fields(&self) -> (Fields, Vec<EmitterPower>) {
-        let fields = self.fields.picture_only();
-        match self.halves() {
-            Some(halves) if !self.apart.is_nothing() => with_layers(fields, &halves, self.apart),
-            _ => (fields, Vec::new()),
-        }
+    pub(crate) fn picture_fields(&self, layers: &[LayerLight]) -> (Fields, Vec<EmitterPower>) {
+        with_layers(self.fields.picture_only(), &self.mode, layers)
     }
 
     /// Takes the errors of F and of patch size from a picture.
