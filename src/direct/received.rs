@@ -16,6 +16,7 @@ use crate::direct::lights::{Cuts, Lights};
 use crate::direct::many::light_cut::MOST_DRAWN;
 use crate::form_factors::{Progress, Sampling};
 use crate::light::Rgb;
+use crate::patches::spots::Stratum;
 use crate::rays::purpose::Purpose;
 use crate::rays::sobol::{Sobol, Stream, hash};
 use crate::surfaces::SurfacePoint;
@@ -108,7 +109,7 @@ impl LightSum {
 
 impl Lights {
     /// Light at a receiver on a patch, `sum of F_l E_l` and irradiance over pi from punctual lights, W/(m² sr): one
-    /// sample without bias.
+    /// sample without bias; on a patch that a spot cuts of the mean over it, as few receivers meet what the spot holds.
     pub fn sample(&self, receiver: &SurfacePoint, patch: u32, random: &mut Stream, scratch: &mut Scratch) -> DVec3 {
         let mut sum = DVec3::ZERO;
         self.sample_each((receiver, patch), random, scratch, |_, light| sum += light);
@@ -123,10 +124,23 @@ impl Lights {
         scratch: &mut Scratch,
         mut each: impl FnMut(usize, DVec3),
     ) {
-        self.gather_punctual(receiver, scratch, &mut each);
+        let drawn = self.anywhere(patch, random);
+        let (receiver, weight) = drawn.as_ref().map_or((receiver, 1.0), |(point, weight)| (point, *weight));
+        self.gather_punctual(receiver, scratch, |emitter, light| each(emitter, weight * light));
         for lit in self.lit(receiver, self.cuts(patch)) {
-            each(lit.tree.emitter, lit.sample(random, scratch));
+            each(lit.tree.emitter, weight * lit.sample(random, scratch));
         }
+    }
+
+    /// A point of one of the strata of a patch, and its part of the mean over the patch; none where it has none.
+    fn anywhere(&self, patch: u32, random: &mut Stream) -> Option<(SurfacePoint, f64)> {
+        let (strata, i) = (self.patches.strata(patch as usize), patch as usize);
+        if strata.is_empty() {
+            return None;
+        }
+        let own = &strata[(random.uniform() * strata.len() as f32) as usize];
+        let point = own.point(&self.patches, self.patches.side(i), random.uniform(), random.uniform());
+        Some((point, own.share * strata.len() as f64))
     }
 
     /// A receiver with each tree of luminaires and the cut through it.
@@ -254,35 +268,62 @@ struct ReceiverPoints<'a> {
 }
 
 impl ReceiverPoints<'_> {
-    /// Number k of patch i.
-    fn point(&self, i: usize, k: u32, seed: u32) -> SurfacePoint {
-        self.lights.patches.point(i, self.sobol.point(k, 0, seed), self.sobol.point(k, 1, seed))
+    /// Number k of patch i, or of its part.
+    fn point(&self, (i, stratum): (usize, Option<&Stratum>), k: u32, seed: u32) -> SurfacePoint {
+        let [u, v] = [0, 1].map(|d| self.sobol.point(k, d, seed));
+        let patches = &self.lights.patches;
+        stratum.map_or_else(|| patches.point(i, u, v), |own| own.point(patches, patches.side(i), u, v))
+    }
+
+    /// Calls `add` with the strata of patch i and their shares of it, of all of it where it has none.
+    fn by_strata(&self, i: usize, mut add: impl FnMut(Option<&Stratum>, f64)) {
+        match self.lights.patches.strata(i) {
+            [] => add(None, 1.0),
+            strata => strata.iter().for_each(|own| add(Some(own), own.share)),
+        }
     }
 
     /// Adds what patch i receives from punctual lights.
     fn by_punctual(&self, i: usize, scratch: &mut Scratch, sums: &mut [DVec3]) {
         let seed = hash(i as u32, self.seed);
-        for k in 0..self.rays {
-            let add = |emitter: usize, light: DVec3| sums[emitter] += light / f64::from(self.rays);
-            self.lights.gather_punctual(&self.point(i, k, seed), scratch, add);
-        }
+        self.by_strata(i, |stratum, share| {
+            let share = share / f64::from(self.rays);
+            for k in 0..self.rays {
+                let receiver = self.point((i, stratum), k, seed);
+                self.lights.gather_punctual(&receiver, scratch, |emitter, light| sums[emitter] += share * light);
+            }
+        });
     }
 
     /// Adds what patch i receives through its light cuts: points are drawn on luminaires in proportion to the rays of a
     /// patch, however many luminaires there are.
     fn by_cuts(&self, i: usize, scratch: &mut Scratch, sums: &mut [DVec3]) {
-        let receivers = self.rays.clamp(1, SMOOTH);
-        let times = self.rays.div_ceil(SMOOTH).next_power_of_two();
-        for k in 0..receivers {
-            let seed = hash(i as u32, self.seed);
-            let receiver = self.point(i, k, seed);
-            for (number, lit) in (0..).zip(self.lights.lit(&receiver, self.lights.cuts(i as u32))) {
-                let draws = (times * lit.cut.draws).div_ceil(SPARED);
-                let seed = if number == 0 { seed } else { hash(i as u32, hash(number, self.seed)) };
-                let draw = |j: usize| Vec2::from([2, 3].map(|d| self.sobol.point(k * draws + j as u32, d, seed)));
-                let light = lit.gather((0..draws as usize).map(draw), scratch, &mut Agreement::default());
-                sums[lit.tree.emitter] += light / f64::from(receivers);
+        self.by_strata(i, |stratum, share| {
+            let receivers = self.rays.clamp(1, SMOOTH);
+            for k in 0..receivers {
+                let receiver = self.point((i, stratum), k, hash(i as u32, self.seed));
+                self.by_cuts_at(i, (k, &receiver), scratch, |emitter, light| {
+                    sums[emitter] += share / f64::from(receivers) * light;
+                });
             }
+        });
+    }
+
+    /// Calls `add` with the emitters' light at receiver number k of patch i.
+    fn by_cuts_at(
+        &self,
+        i: usize,
+        (k, receiver): (u32, &SurfacePoint),
+        scratch: &mut Scratch,
+        mut add: impl FnMut(usize, DVec3),
+    ) {
+        let times = self.rays.div_ceil(SMOOTH).next_power_of_two();
+        for (number, lit) in (0..).zip(self.lights.lit(receiver, self.lights.cuts(i as u32))) {
+            let draws = (times * lit.cut.draws).div_ceil(SPARED);
+            let seed = hash(i as u32, if number == 0 { self.seed } else { hash(number, self.seed) });
+            let draw = |j: usize| Vec2::from([2, 3].map(|d| self.sobol.point(k * draws + j as u32, d, seed)));
+            let light = lit.gather((0..draws as usize).map(draw), scratch, &mut Agreement::default());
+            add(lit.tree.emitter, light);
         }
     }
 }

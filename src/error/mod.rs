@@ -1,5 +1,6 @@
 //! Errors of the light on patches, measured without patches: the residual of the equation along paths from the camera,
-//! its squared sum over sampled pixels, and walks of light from the emitters, to surfaces and on to the camera.
+//! its squared sum over sampled pixels, and walks of light from the emitters, to where they land, from surface to surface
+//! and on to the camera.
 //!
 //! Not handled: errors of the gather pass, which it estimates itself with `halves::Halves`; what is done about an
 //! error, which is up to [`crate::render`].
@@ -7,6 +8,7 @@
 pub(crate) mod bounce_powers;
 pub(crate) mod halves;
 pub(crate) mod importance_paths;
+pub(crate) mod landings;
 pub(crate) mod light_tracing;
 pub(crate) mod light_walks;
 pub(crate) mod reading_distance;

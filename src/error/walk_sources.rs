@@ -57,6 +57,8 @@ pub(crate) struct FirstRay<'a> {
     place: Option<(&'a PunctualPlace, f64)>,
     /// What sends it.
     pub emitter: usize,
+    /// The face it comes from, of a sky's those that stand for it; none where it comes from a punctual light.
+    pub face: Option<u32>,
 }
 
 impl FirstRay<'_> {
@@ -137,7 +139,8 @@ impl<'a> WalkSources<'a> {
         let light = match source.origin {
             Origin::Light(light) => light,
             Origin::Side(face, _) if self.scene.is_sky(face) => {
-                return Some(FirstRay { ray: self.enter(face, random)?, weight, place: None, emitter });
+                let ray = self.enter(face, random)?;
+                return Some(FirstRay { ray, weight, place: None, emitter, face: Some(face) });
             }
             Origin::Side(face, side) => {
                 let position = triangle_point(self.scene.corners(face), random.uniform(), random.uniform());
@@ -147,6 +150,7 @@ impl<'a> WalkSources<'a> {
                     weight,
                     place: None,
                     emitter,
+                    face: Some(face),
                 });
             }
         };
@@ -162,7 +166,7 @@ impl<'a> WalkSources<'a> {
             PunctualForm::Directional { direction } => {
                 let aside = self.radius * u.sqrt() * around(*direction, 0.0, v);
                 let ray = ray(aside - 2.0 * self.radius * *direction, *direction);
-                return Some(FirstRay { ray, weight, place: None, emitter });
+                return Some(FirstRay { ray, weight, place: None, emitter, face: None });
             }
         };
         let (direction, share) = match beam {
@@ -178,7 +182,7 @@ impl<'a> WalkSources<'a> {
             }
         };
         let ray = ray(place.position, direction);
-        Some(FirstRay { ray, weight: weight * share, place: Some((place, scale)), emitter })
+        Some(FirstRay { ray, weight: weight * share, place: Some((place, scale)), emitter, face: None })
     }
 
     /// What a walk carries from a point of a face with textures, whose points are drawn alike.

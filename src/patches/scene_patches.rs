@@ -18,6 +18,7 @@ use crate::light::shares::draw;
 use crate::light::{Light, Rgb};
 use crate::patches::division::{Part, Parts, Sample, Tree, grow, number};
 use crate::patches::grid::{Fragment, Grid, NONE};
+use crate::patches::spots::Spots;
 use crate::rays::warp::triangle_point;
 use crate::rays::{Hit, Ray, Side};
 use crate::scene::{Means, Scene};
@@ -76,6 +77,7 @@ pub struct Patches {
     points: Vec<Vec<SurfacePoint>>,
     /// Patches that are divided further.
     parts: Parts,
+    pub(super) spots: Spots,
     /// About how many were requested.
     pub(super) requested: usize,
 }
@@ -95,7 +97,8 @@ impl Patches {
     pub(super) fn of_mesh(mesh: Arc<Mesh>) -> Patches {
         let Mesh { areas, materials, sides, parents, .. } = &*mesh;
         let (areas, materials, sides, parents) = (areas.clone(), materials.clone(), sides.clone(), parents.clone());
-        Patches { mesh, areas, materials, sides, parents, points: Vec::new(), parts: Parts::default(), requested: 0 }
+        let (points, parts, spots) = (Vec::new(), Parts::default(), Spots::default());
+        Patches { mesh, areas, materials, sides, parents, points, parts, spots, requested: 0 }
     }
 
     /// About how many were requested when they were cut.
@@ -391,16 +394,18 @@ impl Patches {
     }
 
     /// The mesh divided anew by the light sampled on it: rays of the parts start from where it was sampled; `samples`
-    /// are those of every patch of the mesh.
+    /// are those of every patch of the mesh. A patch that a spot cuts stays whole, as samples miss what the spot holds.
     pub fn divided(&self, mut samples: Vec<Vec<Sample>>) -> Patches {
         let Mesh { areas, materials, sides, parents, .. } = &*self.mesh;
         let count = areas.len();
         samples.resize_with(count, Vec::new);
+        (0..count).filter(|&i| !self.strata(i).is_empty()).for_each(|i| samples[i].clear());
         let trees: Vec<Tree> = samples.into_par_iter().map(grow).collect();
         let mut all = Patches {
             points: vec![Vec::new(); count],
             parts: Parts { roots: vec![NONE; count], count, ..Parts::default() },
             requested: self.requested,
+            spots: self.spots.clone(),
             ..Patches::of_mesh(Arc::clone(&self.mesh))
         };
         let mut planes = Vec::new();
@@ -441,8 +446,12 @@ impl Patches {
         let reached: Vec<f32> = self.points.iter().map(|own| own.len() as f32).collect();
         let count = reached.iter().filter(|&&n| n > 0.0).count().max(1);
         let mean = reached.iter().sum::<f32>() / count as f32;
-        let density = |&n: &f32| if n > 0.0 { (n / mean).clamp(DENSITY.0, DENSITY.1) } else { few };
-        reached.iter().map(|n| (rays as f32 * density(n)).ceil() as u32).collect()
+        let density = |(i, &n): (usize, &f32)| match n {
+            _ if !self.strata(i).is_empty() => 1.0,
+            0.0 => few,
+            n => (n / mean).clamp(DENSITY.0, DENSITY.1),
+        };
+        reached.iter().enumerate().map(|own| (rays as f32 * density(own)).ceil() as u32).collect()
     }
 }
 

@@ -29,6 +29,8 @@ pub enum Purpose {
     Walks,
     /// Walks of light that are seen by the camera.
     LightTracing,
+    /// Walks of light that land once.
+    Landings,
     /// Points on luminaires for the texels of pages.
     Texels,
     /// Paths that tell which texels of a page are reached.
@@ -64,6 +66,7 @@ impl Purpose {
             Purpose::BrightPatches(round) => 0x2c1b_3c6d_u32.wrapping_add(round.wrapping_mul(0x0101_0000)),
             Purpose::Walks => 0x6c77_616c,
             Purpose::LightTracing => 0x7472_6163,
+            Purpose::Landings => 0x6c61_6e64,
             Purpose::Texels => 0x3f84_d5b5,
             Purpose::Reached => 0x9d2c_5680,
             Purpose::CellRows => 0xefc6_0000,

@@ -3,6 +3,7 @@
 //! One cast of rays serves all the modes requested. Not handled: how many patches and rays; callers choose.
 
 use std::borrow::Cow;
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::Vec3;
@@ -13,7 +14,7 @@ use crate::gather::{GatherPass, Gathered, Nearness, Told, gather};
 use crate::light::{Light, Rgb, Transport};
 use crate::operator::linear::LinearOperator;
 use crate::operator::{Cast, EmitterLight, Operator, PatchMaterials, RowSource, Wanted};
-use crate::patches::{Patches, Sample};
+use crate::patches::{Patches, Sample, Spot};
 use crate::reading::{Fields, View, invisible, linear};
 use crate::scene::{Camera, Emitters, Scene};
 use crate::solve::{RaySettings, RayShooter, Solution, Source};
@@ -127,7 +128,12 @@ impl Discretization {
 
     /// This scene cut anew into about so many patches of one size.
     pub fn cut(&self, patches: usize) -> Discretization {
-        self.with_patches(Patches::cut(&self.geometry, patches))
+        self.with_patches(Patches::cut(&self.geometry, patches).with_spots(self.patches.spots()))
+    }
+
+    /// This scene on its patches, which nothing has divided, with more spots, which all others will have.
+    pub(crate) fn with_spots(&self, spots: &[Spot]) -> Discretization {
+        self.with_patches(Patches::clone(&self.patches).with_spots(spots))
     }
 
     /// This scene on its patches divided by the light sampled on each of their mesh.
@@ -301,6 +307,12 @@ impl Assembled {
         let k = &self.operator;
         let one = |(i, received): (usize, &Rgb)| k.passed_on(i) * *received;
         k.received().iter().enumerate().map(one).collect()
+    }
+
+    /// The power that patch i reflects of what it receives as emitted, channels added, W.
+    pub(crate) fn direct_power(&self, i: usize) -> f64 {
+        let k = &self.operator;
+        PI * k.areas()[i] * f64::from((k.reflectances()[i] * k.received()[i]).element_sum())
     }
 
     /// What the picture of a solution is gathered from.

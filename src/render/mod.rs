@@ -11,6 +11,7 @@ mod fineness;
 mod goal;
 mod layers;
 mod memory;
+mod narrow_light;
 mod pilot;
 mod points;
 mod pooled_error;

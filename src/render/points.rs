@@ -37,6 +37,7 @@ use crate::render::fineness::Fineness;
 use crate::render::goal::{Spent, timed};
 use crate::render::layers::{Apart, LayerLight, with_layers};
 use crate::render::memory::Held;
+use crate::render::narrow_light::NarrowLight;
 use crate::render::pilot::fewer;
 use crate::render::pooled_error::{PooledError, PooledPoint};
 use crate::render::search::solved::Task;
@@ -285,13 +286,17 @@ pub(crate) fn sense(first: &Discretization, task: &Task, sensors: &[Sensor]) -> 
     let points: Vec<SurfacePoint> = sensors.iter().map(|sensor| point(sensor, &frame)).collect();
     let rays = Fineness::first(goal.tolerance).rays;
     let sampling = Fineness { patches: 0, rays }.sampling(goal.seed);
-    let (mut patches, mut spent) = (first.clone(), Spent::default());
+    let (mut patches, mut spent, mut narrow) = (first.clone(), Spent::default(), NarrowLight::default());
     loop {
         let held = fewer(&patches, task.transport, &sampling, HELD, goal.memory);
         let is_full = held.is_some();
         patches = held.unwrap_or(patches);
         let (mode, solution, own) = solve(&patches, task, rays)?;
         spent.add(&own);
+        if let Some(mended) = narrow.mend(&patches, &mode, goal, &mut spent) {
+            patches = mended;
+            continue;
+        }
         let (fields, seconds) = timed(|| SensorFields::new(&mode, &solution, task.apart));
         spent.seconds.solve += seconds;
         let lights = &mode.lights;

@@ -27,6 +27,7 @@ use crate::render::assembly::{Discretization, render};
 use crate::render::fineness::Fineness;
 use crate::render::goal::{PictureGoal, Spent, timed};
 use crate::render::memory::Held;
+use crate::render::narrow_light::NarrowLight;
 use crate::render::pilot::fewer;
 use crate::render::rendered::Rendered;
 use crate::render::search::both_sides::least_error;
@@ -125,6 +126,7 @@ pub(crate) struct Search<'a> {
     is_first: bool,
     /// Squared error of the light as the check measured it last.
     squared: f64,
+    narrow: NarrowLight,
 }
 
 /// Whether a round of so many patches, after which more of them may be wanted, casts more rays than one that divides
@@ -147,6 +149,7 @@ impl<'a> Search<'a> {
             is_tight: false,
             is_first: true,
             squared: f64::INFINITY,
+            narrow: NarrowLight::default(),
         }
     }
 
@@ -156,6 +159,11 @@ impl<'a> Search<'a> {
             self.keep_within_memory();
             let (mut solved, spent) = Solved::new(&self.patches, &self.task, self.rays)?;
             self.spent.add(&spent);
+            let mended = self.narrow.mend(&self.patches, &solved.mode, self.task.goal, &mut self.spent);
+            if let Some(patches) = mended {
+                self.patches = patches;
+                continue;
+            }
             if solved.fields.is_dark() {
                 return Ok((solved, self.spent));
             }

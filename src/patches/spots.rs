@@ -1,0 +1,183 @@
+//! Spots: boxes that hold narrow light, as a beam's disc or the sun through a slit, which all points of a patch may miss.
+//!
+//! Where a box is known that holds it, the patch is cut into strata, what lies in the box and what does not, and what
+//! the patch receives as emitted is the sum of the means over both by their areas:
+//!
+//! ```text
+//! D_i = sum over strata s of  A_s / A_i  mean over points of s of D(x)
+//! ```
+//!
+//! It has the power that arrives, though not the place: a patch as small as the spot would be as bright as that is, and
+//! rays of other patches would meet it as seldom as points did. What that blurs two levels of patches show. A spot that
+//! lies across several patches makes strata in each.
+//!
+//! Worth: docs/validation.md, Light from both sides.
+//!
+//! Not handled: where spots are ([`crate::error::landings`]); what masks cut away.
+
+use glam::{DVec3, Vec3};
+use rustc_hash::FxHashMap;
+
+use crate::light::shares::draw;
+use crate::patches::grid::Fragment;
+use crate::patches::scene_patches::Patches;
+use crate::rays::Side;
+use crate::rays::warp::triangle_point;
+use crate::scene::Bounds;
+use crate::scene::convex_polygon::cut;
+use crate::surfaces::SurfacePoint;
+
+/// A box, in unit coordinates.
+pub type Spot = Bounds<Vec3>;
+
+/// Spots, and the strata of the patches that they cut.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Spots {
+    list: Vec<Spot>,
+    strata: FxHashMap<u32, Vec<Stratum>>,
+}
+
+/// A part of a patch's area.
+#[derive(Clone, Debug)]
+pub(crate) struct Stratum {
+    fragments: Vec<Fragment>,
+    /// Of the patch's area.
+    pub share: f64,
+}
+
+impl Stratum {
+    fn new(triangles: &[Triangle], whole: f64) -> Stratum {
+        let area: f64 = triangles.iter().map(|own| own.area).sum();
+        let mut sum = 0.0;
+        let fragment = |own: &Triangle| {
+            sum += own.area;
+            Fragment { corners: own.corners.map(|p| p.as_vec3()), face: own.face, share: (sum / area) as f32 }
+        };
+        Stratum { fragments: triangles.iter().map(fragment).collect(), share: area / whole }
+    }
+
+    /// The point at (u, v) in the unit square, uniform in area, on a side.
+    pub(crate) fn point(&self, patches: &Patches, side: Side, u: f32, v: f32) -> SurfacePoint {
+        let drawn = draw(&self.fragments, |own| own.share, u);
+        let Fragment { corners, face, .. } = self.fragments[drawn.index];
+        let position = triangle_point(corners, drawn.again(), v);
+        SurfacePoint { position, normal: patches.normal(face, side), face }
+    }
+}
+
+/// A triangle of a face, with its area.
+#[derive(Clone, Copy)]
+struct Triangle {
+    face: u32,
+    corners: [DVec3; 3],
+    area: f64,
+}
+
+impl Triangle {
+    fn new(face: u32, corners: [DVec3; 3]) -> Triangle {
+        let [a, b, c] = corners;
+        Triangle { face, corners, area: 0.5 * (b - a).cross(c - a).length() }
+    }
+
+    /// The triangles of a convex polygon of its face that have an area.
+    fn fan(self, polygon: &[DVec3]) -> impl Iterator<Item = Triangle> {
+        let triangle = move |k: usize| Triangle::new(self.face, [polygon[0], polygon[k - 1], polygon[k]]);
+        (2..polygon.len()).map(triangle).filter(|own| own.area > 0.0)
+    }
+
+    /// Adds its parts inside and outside of a spot.
+    fn part(self, spot: &Spot, inside: &mut Vec<Triangle>, outside: &mut Vec<Triangle>) {
+        let mut rest = self.corners.to_vec();
+        for (axis, limit, sign) in (0..3).flat_map(|k| [(k, spot.low[k], 1.0), (k, spot.high[k], -1.0)]) {
+            let (mut within, mut beyond) = (Vec::new(), Vec::new());
+            let height = |p: DVec3| sign * (p[axis] - f64::from(limit));
+            let crossing = |(p, h): (DVec3, f64), (q, g): (DVec3, f64)| p.lerp(q, h / (h - g));
+            cut(&rest, height, crossing, |p, [is_within, is_beyond]| {
+                within.extend(is_within.then_some(p));
+                beyond.extend(is_beyond.then_some(p));
+            });
+            outside.extend(self.fan(&beyond));
+            rest = within;
+        }
+        inside.extend(self.fan(&rest));
+    }
+}
+
+impl Patches {
+    /// The spots that are known.
+    pub(crate) fn spots(&self) -> &[Spot] {
+        &self.spots.list
+    }
+
+    /// The strata of a patch that spots cut; none where none does.
+    pub(crate) fn strata(&self, i: usize) -> &[Stratum] {
+        self.spots.strata.get(&(i as u32)).map_or(&[], |own| own)
+    }
+
+    /// These patches, which nothing has divided, with more spots.
+    pub(crate) fn with_spots(mut self, spots: &[Spot]) -> Patches {
+        self.spots.list.extend(spots);
+        let list = std::mem::take(&mut self.spots.list);
+        let cut = |i: usize| {
+            let around = Bounds::of(self.pieces(i).flat_map(|(_, corners)| corners));
+            let met: Vec<&Spot> = list.iter().filter(|spot| spot.meets(&around)).collect();
+            let strata = if met.is_empty() { Vec::new() } else { self.cut_along(i, &met) };
+            (!strata.is_empty()).then_some((i as u32, strata))
+        };
+        let strata = if list.is_empty() { FxHashMap::default() } else { (0..self.len()).filter_map(cut).collect() };
+        self.spots = Spots { list, strata };
+        self
+    }
+
+    /// What of patch i lies in each of some spots, and the rest; nothing where it lies in one altogether, or in none.
+    fn cut_along(&self, i: usize, spots: &[&Spot]) -> Vec<Stratum> {
+        let triangle = |(face, corners): (u32, [Vec3; 3])| Triangle::new(face, corners.map(|p| p.as_dvec3()));
+        let mut rest: Vec<Triangle> = self.pieces(i).map(triangle).collect();
+        let whole: f64 = rest.iter().map(|own| own.area).sum();
+        let mut strata = Vec::new();
+        for spot in spots {
+            let (mut inside, mut outside) = (Vec::new(), Vec::new());
+            rest.iter().for_each(|own| own.part(spot, &mut inside, &mut outside));
+            rest = outside;
+            strata.extend((!inside.is_empty()).then(|| Stratum::new(&inside, whole)));
+        }
+        if strata.is_empty() || rest.is_empty() {
+            return Vec::new();
+        }
+        strata.push(Stratum::new(&rest, whole));
+        strata
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rays::Rays;
+    use crate::scene::Scene;
+
+    /// Strata of a patch that a box cuts add up to it, and their points lie where they do.
+    #[test]
+    fn strata_cover_a_patch_once() {
+        let scene = Scene::open("furnace").expect("a scene");
+        let patches = Patches::new(&scene, &Rays::new(&scene), 24);
+        let middle = patches.middle(3);
+        let half = 0.1 * patches.extent(3).width;
+        let spot = Bounds { low: middle - half, high: middle + half };
+        let patches = patches.with_spots(&[spot]);
+        let cut: Vec<usize> = (0..patches.len()).filter(|&i| !patches.strata(i).is_empty()).collect();
+        assert_eq!((cut, patches.spots().len()), (vec![3], 1));
+        let [inside, outside] = patches.strata(3) else { panic!("a spot and the rest") };
+        // Sides in single precision.
+        let share = f64::from(2.0 * half).powi(2) / patches.areas()[3];
+        assert!((inside.share / share - 1.0).abs() < 1e-4, "{} {share}", inside.share);
+        assert!((inside.share + outside.share - 1.0).abs() < 1e-6);
+        let lies = |stratum: &Stratum, k: u32| {
+            let at = |d: u32| (crate::rays::sobol::hash(k, d) >> 8) as f32 / (1 << 24) as f32;
+            let point = stratum.point(&patches, patches.side(3), at(0), at(1));
+            let away = (point.position - middle).abs();
+            assert_eq!(patches.at(point.face, patches.side(3), point.position), Some(3));
+            away.max_element() <= 1.0001 * half
+        };
+        assert!((0..100).all(|k| lies(inside, k)) && !(0..100).any(|k| lies(outside, k)));
+    }
+}
