@@ -14,7 +14,7 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use halflight::Solver;
 use halflight::error::ImportancePaths;
 use halflight::form_factors::Sampling;
-use halflight::gather::{GatherPass, GatherSampling, Gathering, Told, gather};
+use halflight::gather::{GatherPass, GatherSampling, Gathering, Limit, Told, gather};
 use halflight::light::{Mode, Rgb};
 use halflight::pictures::Size;
 use halflight::reading::{Fields, View};
@@ -52,7 +52,7 @@ fn gatherings() -> Vec<(String, Gathering)> {
     let uniform = Gathering::Uniform(GatherSampling::with_samples(128, 0));
     let within = |error: f64| {
         let name = format!("within {} %", 100.0 * error);
-        (name, Gathering::Within { error, camera: 0.25, seed: 0, deadline: None })
+        (name, Gathering::Within { error, camera: 0.25, seed: 0, limit: Limit::NONE })
     };
     let uniform = std::iter::once(("uniform".to_string(), uniform));
     uniform.chain(ERRORS.map(within)).collect()

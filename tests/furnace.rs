@@ -3,7 +3,7 @@
 //! Rows of F sum to 1 exactly, so nothing but rounding may separate the solver from the closed form.
 
 use halflight::Solver;
-use halflight::gather::{GatherPass, GatherSampling, Gathering};
+use halflight::gather::{GatherPass, GatherSampling, Gathering, Limit};
 use halflight::light::{Light, Mode, Rgb, Visibility};
 use halflight::operator::LinearOperator as _;
 use halflight::render::Discretization;
@@ -107,7 +107,7 @@ fn a_picture_of_nothing_but_luminaires_has_an_error_and_takes_one_round() {
     let p = Solver::new(&builtin("furnace")).cut(600);
     let mode = assemble_one(&p, Mode::Global.transport(), &sampling(256, 0));
     let solution = neumann(&mode.operator, &Settings::default()).expect("rho < 1 converges");
-    let within = Gathering::Within { error: 0.01, camera: 0.25, seed: 0, deadline: None };
+    let within = Gathering::Within { error: 0.01, camera: 0.25, seed: 0, limit: Limit::NONE };
     let gathered = mode.picture(&solution, &GatherPass::new((SIDE, SIDE), within), &Silent);
     // Light is the same everywhere up to rounding.
     assert!(gathered.error.signal > 0.0 && gathered.error.relative() < 1e-5, "{:?}", gathered.error);

@@ -249,6 +249,7 @@ impl Rendered {
         let helps = match unmet.why {
             Shortfall::Unseen | Shortfall::Unknown | Shortfall::Contradicted => "",
             Shortfall::Time => "; a longer `time` helps",
+            Shortfall::Rays => "; a `time` of some minutes allows more",
             Shortfall::Effort => "; a larger `size` leaves less to bend within a pixel",
         };
         Some(format!("{unmet}{helps}"))

@@ -17,4 +17,4 @@ pub(crate) mod sampling;
 pub use gathered::{GatherError, Gathered, GatheredLayer};
 pub use nearness::{Nearness, Told};
 pub use pass::gather;
-pub use sampling::{GatherPass, GatherSampling, Gathering};
+pub use sampling::{GatherPass, GatherSampling, Gathering, Limit};

@@ -25,7 +25,7 @@ use crate::gather::records::final_gather::FinalGather;
 use crate::gather::records::indirect_light::IndirectLight;
 use crate::gather::records::irradiance_cache::{Density, IrradianceCache};
 use crate::gather::records::record_rounds::RecordRounds;
-use crate::gather::sampling::Gathering;
+use crate::gather::sampling::{Gathering, Limit};
 use crate::reading::patch_light::Fields;
 use crate::reading::view::View;
 
@@ -43,7 +43,7 @@ pub fn gather(view: &View, fields: &Fields, gathering: &Gathering, told: &Told) 
     }
     if let Some(noise) = settings.plan.noise {
         // Rays since the first ones have shown more.
-        measure_outlines(&camera_rays, &mut pixels, noise, settings.plan.deadline);
+        measure_outlines(&camera_rays, &mut pixels, noise, &settings.plan.limit);
     }
     let mut gathered = indirect.assemble(&pixels, fields, view);
     gathered.rays += cache.caster.cast;
@@ -72,7 +72,7 @@ impl<'a> GatherSettings<'a> {
         let pixel = view.scene.camera.pixel(view.height);
         match *gathering {
             Gathering::Uniform(sampling) => GatherSettings {
-                plan: Plan { first: (sampling.camera / 2).max(1), noise: None, deadline: None, nearing },
+                plan: Plan { first: (sampling.camera / 2).max(1), noise: None, limit: Limit::NONE, nearing },
                 density: Density {
                     spacing: 1,
                     rays: (sampling.camera * sampling.hemisphere / 2).max(1),
@@ -88,15 +88,15 @@ impl<'a> GatherSettings<'a> {
                 },
                 error: None,
             },
-            Gathering::Within { error, camera, seed, deadline } => {
+            Gathering::Within { error, camera, seed, limit } => {
                 // Without time for rounds the first estimate stays.
                 let camera = if fields.is_dark() { 1.0 } else { camera };
-                let fineness = if is_over(deadline) { 0.1 } else { (0.01 / error).clamp(0.1, 100.0) };
+                let fineness = if is_over(limit.deadline) { 0.1 } else { (0.01 / error).clamp(0.1, 100.0) };
                 GatherSettings {
                     plan: Plan {
                         first: ((2.0 * fineness) as u32).clamp(2, 16).next_power_of_two(),
                         noise: Some(error * camera.sqrt()),
-                        deadline,
+                        limit,
                         nearing: Nearing { squared: error * error, camera, ..nearing },
                     },
                     density: Density {
@@ -139,7 +139,7 @@ pub(crate) fn with_records(
     let lights = crate::reading::view::lights_of(scene, crate::light::Mode::Global.transport(), patches);
     let view = View::new(&lights, (side, side).into());
     let fields = Fields::new(&[(0..view.patches.len()).map(light).collect()]);
-    let gathering = Gathering::Within { error: 0.1, camera: 0.25, seed: 0, deadline: None };
+    let gathering = Gathering::Within { error: 0.1, camera: 0.25, seed: 0, limit: Limit::NONE };
     let settings = GatherSettings::new(&view, &fields, &gathering, &Told::NOBODY);
     let camera_rays = CameraRays::new(&view, &fields, &settings.camera);
     let pixels = sample_pixels(&camera_rays, &settings.plan);
@@ -150,4 +150,27 @@ pub(crate) fn with_records(
         cache.place(&pixels);
         cache
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gather::sampling::GatherPass;
+    use crate::light::{Mode, Rgb};
+    use crate::reading::view::lights_of;
+
+    /// An error that takes more rays: a pass ends all the same, after the round that takes it beyond its limit.
+    #[test]
+    fn a_pass_ends_where_it_took_as_many_rays_as_it_may() {
+        let lights = lights_of("cornell-box", Mode::Global.transport(), 200);
+        let size = (12, 12).into();
+        let view = View::new(&lights, size);
+        let fields = Fields::new(&[vec![Rgb::ONE; view.patches.len()]]);
+        let limit = Limit { deadline: None, rays: 3_000_000 };
+        let within = Gathering::Within { error: 5e-4, camera: 0.5, seed: 0, limit };
+        let gathered = gather(&view, &fields, &GatherPass::new(size, within).gathering, &Told::NOBODY);
+        // A round of records casts eight times as many at most.
+        assert!((limit.rays..9 * limit.rays).contains(&gathered.rays), "{}", gathered.rays);
+        assert!(gathered.error.relative() > 5e-4);
+    }
 }

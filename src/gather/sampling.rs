@@ -4,6 +4,8 @@
 
 use std::time::Instant;
 
+use halflight_team::is_over;
+
 use crate::pictures::Size;
 
 /// The variance of a pixel with an edge falls as this power of its rays, which are scrambled nets.
@@ -35,6 +37,25 @@ impl GatherSampling {
     }
 }
 
+/// Where a gather pass ends at any error: no round of it begins beyond.
+#[derive(Clone, Copy, Debug)]
+pub struct Limit {
+    /// When; no end where there is none.
+    pub deadline: Option<Instant>,
+    /// Rays of the camera with those to luminaires, and of hemispheres.
+    pub rays: u64,
+}
+
+impl Limit {
+    /// None.
+    pub const NONE: Limit = Limit { deadline: None, rays: u64::MAX };
+
+    /// Whether it is reached, so many rays having been cast.
+    pub(crate) fn is_over(&self, rays: u64) -> bool {
+        rays >= self.rays || is_over(self.deadline)
+    }
+}
+
 /// How well the picture is to be gathered.
 #[derive(Clone, Copy, Debug)]
 pub enum Gathering {
@@ -50,7 +71,7 @@ pub enum Gathering {
         /// Chooses the scrambling of the points.
         seed: u32,
         /// When to stop at any error.
-        deadline: Option<Instant>,
+        limit: Limit,
     },
 }
 

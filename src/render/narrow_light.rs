@@ -6,7 +6,7 @@ use crate::error::landings::Landings;
 use crate::render::assembly::{Assembled, Discretization};
 use crate::render::goal::{PictureGoal, Spent, timed};
 
-/// Times that spots are looked for.
+/// Times that spots are found.
 const TIMES: u32 = 3;
 
 /// Walks that look for what patches miss.
@@ -40,7 +40,7 @@ impl NarrowLight {
         };
         let (found, seconds) = timed(look);
         spent.seconds.patches += seconds;
-        self.times += 1;
+        self.times += u32::from(found.is_some());
         found
     }
 }

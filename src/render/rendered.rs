@@ -48,6 +48,8 @@ pub enum Ended {
     ByItself,
     /// The time was over, or what was left of it was too short for more.
     ByTime,
+    /// The gather pass took as many rays as it may without a time.
+    ByRays,
     /// As [`Ended::ByItself`], but walks of light show another picture.
     Contradicted,
 }
@@ -157,6 +159,7 @@ impl Rendered {
             _ if error.total >= 1.0 => Shortfall::Unknown,
             Ended::Contradicted => Shortfall::Contradicted,
             Ended::ByTime => Shortfall::Time,
+            Ended::ByRays => Shortfall::Rays,
             Ended::ByItself => Shortfall::Effort,
         };
         Some(Unmet { tolerance, error, why })
@@ -210,6 +213,8 @@ pub enum Shortfall {
     Contradicted,
     /// The time was over.
     Time,
+    /// As many rays were cast as are without a time.
+    Rays,
     /// More effort lessened it too little.
     Effort,
 }
@@ -255,6 +260,7 @@ impl Display for Unmet {
                 );
             }
             Shortfall::Time => "when the time was over",
+            Shortfall::Rays => "after as many rays as are cast where no time is given",
             Shortfall::Effort => "which more effort lessened too little",
         };
         write!(

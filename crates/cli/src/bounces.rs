@@ -16,7 +16,7 @@ use crate::options::layers::PerEmitter;
 use crate::options::points::{Points, Sensors};
 use crate::pictures::{Files, Modes};
 use halflight::Solver;
-use halflight::gather::{GatherPass, GatherSampling, Gathering};
+use halflight::gather::{GatherPass, GatherSampling, Gathering, Limit};
 use halflight::light::budget::CAMERA;
 use halflight::light::{Mode, Transport};
 use halflight::operator::Bounds;
@@ -197,7 +197,7 @@ impl Run<'_> {
             }
             let series = request.tolerance(tolerance);
             let error = tolerance.max(SEEN);
-            self.take(series, Gathering::Within { error, camera: CAMERA[1], seed, deadline })?;
+            self.take(series, Gathering::Within { error, camera: CAMERA[1], seed, limit: Limit { deadline, rays: u64::MAX } })?;
             self.measure((&solver, transport, tolerance), &stem(scene))?;
         }
         Ok(())

@@ -141,6 +141,7 @@ pub(crate) fn words_of(unmet: &Unmet) -> String {
     let helps = match unmet.why {
         Shortfall::Unseen | Shortfall::Unknown | Shortfall::Contradicted => "",
         Shortfall::Time => "; a longer --time helps",
+        Shortfall::Rays => "; a --time of some minutes allows more",
         Shortfall::Effort => "; a larger --size leaves less to bend within a pixel",
     };
     format!("{unmet}{helps}")

@@ -19,10 +19,9 @@
 //! the picture with probability `exp(-N A)`.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Instant;
 
 use glam::DVec3;
-use halflight_team::{Loop, is_over};
+use halflight_team::Loop;
 use rayon::prelude::*;
 
 use crate::gather::nearness::Nearing;
@@ -30,6 +29,7 @@ use crate::gather::pixels::camera_rays::{CameraRays, PixelScratch};
 use crate::gather::pixels::outlines::measure_outlines;
 use crate::gather::pixels::pixel::Pixel;
 use crate::gather::pixels::small_faces::find_small_faces;
+use crate::gather::sampling::Limit;
 use crate::light::budget::OUTLINES;
 
 /// Share of the variance left after doubling the rays of a pixel with an edge: 2 to the power
@@ -53,7 +53,7 @@ pub(crate) struct Plan<'a> {
     /// Requested RMS noise as a share of the RMS picture; all pixels keep the first rays where there is none.
     pub noise: Option<f64>,
     /// When to stop at any noise.
-    pub deadline: Option<Instant>,
+    pub limit: Limit,
     /// Who is told how near the picture is.
     pub nearing: Nearing<'a>,
 }
@@ -77,7 +77,7 @@ pub(crate) fn sample_pixels(camera_rays: &CameraRays, plan: &Plan) -> Vec<Pixel>
     pixels.iter_mut().for_each(|pixel| pixel.counts_emission = shows_luminaires_only);
     if let Some(noise) = plan.noise {
         find_small_faces(camera_rays, &mut pixels);
-        measure_outlines(camera_rays, &mut pixels, noise, plan.deadline);
+        measure_outlines(camera_rays, &mut pixels, noise, &plan.limit);
     }
     refine(camera_rays, &mut pixels, plan, |_, _| ());
     pixels
@@ -94,7 +94,7 @@ pub(crate) fn refine(
     let Some(noise) = plan.noise else { return };
     // Each round doubles the rays of some pixel, of which none gets more than [`MOST_RAYS`].
     loop {
-        let next = if is_over(plan.deadline) {
+        let next = if plan.limit.is_over(rays(pixels)) {
             Next::Enough
         } else {
             next(pixels, camera_rays.view.width, noise, &plan.nearing)
@@ -167,6 +167,11 @@ fn dominant(pixels: &[Pixel], width: usize, measured: &Measured) -> Vec<u32> {
     chosen.sort_unstable();
     chosen.dedup();
     chosen
+}
+
+/// The rays of all pixels, and those to luminaires.
+pub(crate) fn rays(pixels: &[Pixel]) -> u64 {
+    pixels.iter().map(|pixel| pixel.met.rays).sum()
 }
 
 /// The variance of the outlines of emitters, weighted as pixels count.

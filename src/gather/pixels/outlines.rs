@@ -23,17 +23,17 @@
 //! Not handled: what neither a projected edge nor a camera ray shows; faces that reach behind the camera, which are
 //! left to rays; what the emitters' surfaces reflect, and what is reflected beside them.
 
-use std::time::Instant;
-
 use glam::{DVec2, DVec3, Vec2};
-use halflight_team::{Loop, is_over};
+use halflight_team::Loop;
 use rustc_hash::FxHashSet;
 
 use crate::direct::agreement::LikelyShare;
+use crate::gather::pixels::adaptive_sampling::rays;
 use crate::gather::pixels::camera_rays::CameraRays;
 use crate::gather::pixels::pixel::Pixel;
 use crate::gather::pixels::pixel_light::SeenEmission;
 use crate::gather::pixels::projection::{Projection, within};
+use crate::gather::sampling::Limit;
 use crate::light::budget::OUTLINES;
 use crate::rays::Side;
 use crate::rays::purpose::Purpose;
@@ -84,11 +84,11 @@ struct Outlined {
 
 /// Measures the emission of all pixels that show the outline of an emitter, or whose camera rays disagree about it, but
 /// for those that were measured before, until its noise is such a share of its RMS, and of that of reflected light, or
-/// the time is over.
-pub(crate) fn measure_outlines(camera_rays: &CameraRays, pixels: &mut [Pixel], noise: f64, deadline: Option<Instant>) {
+/// the limit is reached.
+pub(crate) fn measure_outlines(camera_rays: &CameraRays, pixels: &mut [Pixel], noise: f64, limit: &Limit) {
     let mut outlined = outlined(camera_rays, pixels);
     let mut due: Vec<usize> = (0..outlined.len()).collect();
-    while !due.is_empty() && !is_over(deadline) {
+    while !due.is_empty() && !limit.is_over(rays(pixels)) {
         let one = |i: usize| camera_rays.emission(&outlined[due[i]]);
         let found = Loop::weighed(due.len(), |i| f64::from(outlined[due[i]].rays)).map(one);
         for (&i, found) in due.iter().zip(found) {

@@ -266,6 +266,7 @@ mod tests {
     use crate::gather::pixels::adaptive_sampling::{Plan, sample_pixels};
     use crate::gather::pixels::camera_rays::{CameraRays, CameraSampling};
     use crate::gather::pixels::pixel::Pixel;
+    use crate::gather::sampling::Limit;
     use crate::light::Mode;
     use crate::reading::patch_light::Fields;
     use crate::reading::view::lights_of;
@@ -277,7 +278,7 @@ mod tests {
     fn pixels(view: &View) -> Vec<Pixel> {
         let fields = Fields::new(&[vec![Rgb::ONE; view.patches.len()]]);
         let sampling = CameraSampling { tabled: 64, visibility: 1, seed: 0 };
-        let plan = Plan { first: 8, noise: None, deadline: None, nearing: NOBODY };
+        let plan = Plan { first: 8, noise: None, limit: Limit::NONE, nearing: NOBODY };
         sample_pixels(&CameraRays::new(view, &fields, &sampling), &plan)
     }
 

@@ -9,7 +9,7 @@
 
 use std::time::Instant;
 
-use halflight_team::{is_over, would_be_over};
+use halflight_team::would_be_over;
 
 use crate::gather::pixels::adaptive_sampling::{Measured, Plan, measure, outlines};
 use crate::gather::pixels::pixel::Pixel;
@@ -36,6 +36,24 @@ const SOME: usize = 9;
 const HELPS: f64 = 0.2;
 /// Rounds of any kind at most.
 const ROUNDS: u32 = 40;
+
+/// The lowest noise of some rounds, and the rays cast by then.
+#[derive(Default)]
+struct Lowest {
+    found: Option<(f64, u64)>,
+}
+
+impl Lowest {
+    /// Whether noise may fall further that is so high after so many rays: it fell, or there were less than twice as many
+    /// since it was lowest.
+    fn may_fall(&mut self, noise: f64, rays: u64) -> bool {
+        let (before, then) = *self.found.get_or_insert((f64::INFINITY, 0));
+        if noise < (1.0 - HELPS) * before {
+            self.found = Some((noise, rays));
+        }
+        noise < (1.0 - HELPS) * before || rays < 2 * then
+    }
+}
 
 /// The rounds of one picture.
 pub(crate) struct RecordRounds<'a, 'b> {
@@ -69,11 +87,11 @@ impl<'a, 'b> RecordRounds<'a, 'b> {
     pub(crate) fn run(mut self, plan: &Plan) -> f64 {
         let mut began = Instant::now();
         let [mut judged, last] = JUDGED;
-        let mut before = f64::INFINITY;
+        let mut best = Lowest::default();
         for round in 0..ROUNDS {
             // A round takes about twice as long as the one before.
-            let is_last = is_over(plan.deadline)
-                || would_be_over(plan.deadline, std::mem::replace(&mut began, Instant::now()), 2.0);
+            let is_last = plan.limit.is_over(self.cache.caster.cast)
+                || would_be_over(plan.limit.deadline, std::mem::replace(&mut began, Instant::now()), 2.0);
             // A picture without light has no relative error.
             if is_last || self.allowed <= 0.0 {
                 break;
@@ -82,14 +100,13 @@ impl<'a, 'b> RecordRounds<'a, 'b> {
             let squared = [self.camera, (noise + self.bias.unwrap_or(0.0)) * self.allowed, self.allowed];
             plan.nearing.records(squared.map(|sum| sum / self.signal), self.bias.is_some());
             let goal = self.bias.map_or(judged, |bias| (1.0 - bias / self.allowed).max(LEAST));
-            // Noise that more rays did not lessen has another cause.
-            if noise > goal && noise < (1.0 - HELPS) * before {
-                before = noise;
+            // Noise that twice the rays did not lessen has another cause.
+            if noise > goal && best.may_fall(noise, self.cache.caster.cast) {
                 refine(self.cache, MARGIN * goal / noise, self.pixels);
             } else if self.bias.is_none() {
                 let bias = validate(self.cache, self.pixels, round);
                 let (squared, share) = (bias.sum(), FIT_SQUARED * self.allowed);
-                before = f64::INFINITY;
+                best = Lowest::default();
                 if squared.value > share {
                     part(self.cache, bias.most_certain(PARTED * share), self.pixels);
                 } else if squared.upper() > UNSURE * share && judged > last {
@@ -109,5 +126,19 @@ impl<'a, 'b> RecordRounds<'a, 'b> {
     fn noise(&self) -> f64 {
         let some = IndirectLight::new(self.pixels, self.cache, self.step).measure(self.pixels);
         self.count / some.count.max(1.0) * some.variance
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn records_get_twice_the_rays_before_their_noise_has_another_cause() {
+        let mut lowest = Lowest::default();
+        assert!(lowest.may_fall(4.0, 100) && lowest.may_fall(2.0, 200));
+        // No lower at first, then by little, then after twice the rays.
+        assert!(lowest.may_fall(2.0, 300) && lowest.may_fall(1.9, 399) && !lowest.may_fall(1.9, 400));
+        assert!(lowest.may_fall(1.5, 400) && lowest.may_fall(1.5, 700));
     }
 }

@@ -29,7 +29,7 @@ use crate::render::goal::{PictureGoal, Spent, timed};
 use crate::render::memory::Held;
 use crate::render::narrow_light::NarrowLight;
 use crate::render::pilot::fewer;
-use crate::render::rendered::Rendered;
+use crate::render::rendered::{Ended, Rendered};
 use crate::render::search::both_sides::least_error;
 use crate::render::search::division::Division;
 use crate::render::search::layer_errors::LightErrors;
@@ -68,7 +68,7 @@ pub(crate) fn render_to_tolerance(first: &Discretization, task: &Task) -> Result
     let goal = &PictureGoal { size: goal.size.times(step), tolerance, ..*goal };
     let (solved, mut spent) = Search::new(first, &Task { goal: &goal.of_light(), ..*task }).run()?;
     let error = left(goal.tolerance, solved.error.sum().total.powi(2));
-    let within = Gathering::Within { error, camera: solved.camera, seed: goal.seed, deadline: goal.deadline };
+    let within = Gathering::Within { error, camera: solved.camera, seed: goal.seed, limit: goal.limit() };
     let (layers, seconds) = timed(|| solved.layer_light());
     spent.seconds.solve += seconds;
     let ((fields, emitters), seconds) = timed(|| solved.picture_fields(&layers));
@@ -83,11 +83,15 @@ pub(crate) fn render_to_tolerance(first: &Discretization, task: &Task) -> Result
     let ((least, cast), seconds) = timed(|| least_error(&solved, &gathered, goal, spent.rays + gathered.rays));
     spent.seconds.gather += seconds;
     spent.rays += cast;
+    let is_cut_short = gathered.rays >= goal.limit().rays;
     let gathered = if step > 1 { gathered.averaged(step) } else { gathered };
     let scene = solved.mode.scene();
     let lit = scene.materials.iter().any(Material::emits) || scene.lights.iter().any(PunctualLight::shines);
     let signal = gathered.error.signal;
     let mut rendered = Rendered { emitters, ..solved.finish(gathered, spent) };
+    if is_cut_short {
+        rendered.ended = Ended::ByRays;
+    }
     rendered.contradict(least, signal);
     light.state(&mut rendered, signal);
     if lit && rendered.is_black() {
