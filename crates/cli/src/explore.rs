@@ -8,11 +8,11 @@ use serde::Serialize;
 
 use crate::console::Console;
 use crate::error::CliError;
-use crate::options::arguments::{Common, Completion, MemoryLimit};
+use crate::options::arguments::{Common, Completion, MemoryLimit, tolerance};
 use crate::pictures::check_place;
 use halflight::pictures::{make_directory, write_whole};
 use halflight::render::Fineness;
-use halflight_explore::{Counts, Page, TermsEffort, Words, page};
+use halflight_explore::{Counts, DOUBTFUL, Limits, Page, PageEffort, TermsEffort, Words, page};
 
 /// `halflight explore`
 #[derive(Args, Debug)]
@@ -48,6 +48,13 @@ pub struct Explore {
     /// Values of tau that are solved; between them light is interpolated
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(2..=17))]
     pub taus: u16,
+    /// How near its picture shall be to a rendered one, by the file's camera, as a share: cells of light are made finer
+    /// where it is not, as long as the page is not too large
+    #[arg(long, value_name = "E", default_value_t = 0.1, value_parser = tolerance)]
+    pub tolerance: f64,
+    /// How large finer cells may make the page
+    #[arg(long, value_name = "MB", default_value_t = 8.0, value_parser = megabytes)]
+    pub megabytes: f64,
     /// Within which memory.
     #[command(flatten)]
     pub limit: MemoryLimit,
@@ -68,6 +75,12 @@ struct ExploreReport {
     files: Vec<PathBuf>,
 }
 
+/// A length in megabytes.
+fn megabytes(text: &str) -> Result<f64, String> {
+    let value: Option<f64> = text.parse().ok();
+    value.filter(|mb| (0.1..=1000.0).contains(mb)).ok_or_else(|| format!("{text} is not a number from 0.1 to 1000"))
+}
+
 /// Makes a page.
 pub fn run(own: &Explore, common: &Common, console: &Console) -> Result<(), CliError> {
     let start = Instant::now();
@@ -86,13 +99,14 @@ pub fn run(own: &Explore, common: &Common, console: &Console) -> Result<(), CliE
     check_place(&file)?;
     let title = own.title.clone().unwrap_or_else(|| scene.name.clone());
     let words = Words { title, attribution: own.attribution.clone() };
-    let effort = TermsEffort {
+    let terms = TermsEffort {
         fineness: Fineness { patches: own.patches as usize, rays: own.rays },
         taus: own.taus.into(),
         terms: own.terms.into(),
         seed: common.seed,
         memory: own.limit.bytes(),
     };
+    let effort = PageEffort { terms, limits: Limits { within: own.tolerance, bytes: (1e6 * own.megabytes) as usize } };
     let Page { html, counts, tau_error, rms } = page(&scene, &effort, &words, console)?;
     write_whole(&file, html.as_bytes())?;
     let (seconds, bytes) = (start.elapsed().as_secs_f64(), html.len());

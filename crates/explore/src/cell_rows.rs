@@ -1,14 +1,15 @@
-//! Rows of F from the cells of small faces: what they receive of the light of patches, from the faces' own points.
+//! Rows of F from cells that are finer than patches, or of small faces: what they receive of the light of patches, from
+//! their own points.
 //!
 //! ```text
 //! I(cell) = sum over patches j of F^tau_j L_j,     F^tau_j from rays that start at the points of the cell
 //! ```
 //!
-//! One patch stands for many small faces, some lit and some not. With L_h on patches this evaluates `E + K L_h` once
+//! One patch stands for many such cells, some lit and some not. With L_h on patches this evaluates `E + K L_h` once
 //! more on what is finer, which is a better solution than L_h (I. Sloan, *Improvement by projection methods*, 1976).
-//! Cells of grids are patches: their row is the one that was solved with.
+//! Other cells of grids are patches: their row is the one that was solved with.
 //!
-//! Not handled: cells without points, whose rows are empty.
+//! Not handled: cells without points, and those of grids that nothing reaches: they keep what their patch receives.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -43,12 +44,13 @@ impl CellRows {
         seed: u32,
     ) -> CellRows {
         let (sobol, seed) = (Sobol::new(RAYS as usize, 2), Purpose::CellRows.seed(seed));
-        let cells: Vec<usize> = charts.cells_of_clusters().collect();
+        let cells: Vec<usize> = charts.gathered_cells().collect();
         let opaque = !taus.iter().flatten().any(|&tau| tau > 0.0);
         let row = |hits: &mut Vec<Hit>, &cell: &usize| {
             let is_reached = |texel: &usize| reached.counts[*texel] > 0;
             let any = charts.texels_of(cell).any(|texel| is_reached(&texel));
-            let texels = charts.texels_of(cell).filter(|texel| !any || is_reached(texel));
+            let is_hidden = |texel: usize| !any && charts.is_of_grid(texel);
+            let texels = charts.texels_of(cell).filter(|texel| is_reached(texel) || !any && !is_hidden(*texel));
             let from: Vec<&Place> = texels.flat_map(|texel| &reached.places[texel]).collect();
             let seed = hash(cell as u32, seed);
             let mut found: Vec<Vec<(u32, f32)>> = vec![Vec::new(); taus.len()];
@@ -77,7 +79,7 @@ impl CellRows {
 
     /// Puts what the cells receive of light that leaves the patches at node q into the values of all cells.
     pub fn receive(&self, q: usize, sent: impl Fn(usize) -> Rgb, values: &mut [Rgb]) {
-        for (&cell, row) in self.cells.iter().zip(&self.rows[q]) {
+        for (&cell, row) in self.cells.iter().zip(&self.rows[q]).filter(|(_, row)| !row.is_empty()) {
             values[cell] = row.iter().map(|&(patch, factor)| factor * sent(patch as usize)).sum();
         }
     }

@@ -24,14 +24,19 @@ pub(super) struct Layers {
 }
 
 impl Layers {
-    /// Brings solved light to the cells and texels of charts; `reached` counts paths that came to each texel.
-    pub fn new(solved: &mut Solved, charts: &Charts, rows: &CellRows, reached: &[u32]) -> Layers {
+    /// Brings solved light to the cells and texels of charts; `direct` is irradiance over pi in the texels, by node and
+    /// lamp, and `reached` counts paths that came to each.
+    pub fn new(
+        (solved, direct): (&Solved, Vec<Vec<Vec<Rgb>>>),
+        charts: &Charts,
+        rows: &CellRows,
+        reached: &[u32],
+    ) -> Layers {
         let is_lit = lit(solved);
         let cells: Vec<Vec<(u32, f32)>> = charts.cells.iter().map(|own| weights(own, &is_lit)).collect();
         let of_cells: Vec<bool> =
             cells.iter().map(|own| own.iter().any(|(patch, _)| is_lit[*patch as usize])).collect();
-        let direct = &solved.nodes[0].direct;
-        let of_texel = |t: usize| reached[t] > 0 || direct.iter().any(|lamp| lamp[t] != Rgb::ZERO);
+        let of_texel = |t: usize| reached[t] > 0 || direct[0].iter().any(|lamp| lamp[t] != Rgb::ZERO);
         let of_texels: Vec<bool> = (0..reached.len()).map(of_texel).collect();
         let fill_cells = charts.fills(1, &of_cells, 1);
         let fill_texels = charts.fills(charts.fine, &of_texels, charts.fine);
@@ -45,7 +50,7 @@ impl Layers {
             values
         };
         let mut layers = Layers { reflected: Vec::new(), dominant: Vec::new(), direct: Vec::new() };
-        for (q, node) in nodes.iter_mut().enumerate() {
+        for ((q, node), direct) in nodes.iter().enumerate().zip(direct) {
             let of_terms = |terms: &Vec<Vec<Rgb>>| {
                 let pairs = terms.iter().zip(terms.iter().skip(1));
                 let term = |(before, own): (&Vec<Rgb>, &Vec<Rgb>)| {
@@ -56,15 +61,15 @@ impl Layers {
             layers.reflected.push(node.terms.iter().map(of_terms).collect());
             let (v, lambda) = (&node.dominant, kept.lambda[q].as_vec3());
             layers.dominant.push(cells_of(q, &|i| received(v[i], rho[i]), &|i| alpha[i] * received(v[i], lambda)));
-            let texels = |(direct, (glow, glowing)): (&mut Vec<Rgb>, (&Vec<Rgb>, &Vec<Rgb>))| {
-                let mut texels = filled(std::mem::take(direct), &fill_texels);
+            let texels = |(direct, (glow, glowing)): (Vec<Rgb>, (&Vec<Rgb>, &Vec<Rgb>))| {
+                let mut texels = filled(direct, &fill_texels);
                 if glow.iter().any(|light| *light != Rgb::ZERO) {
                     charts.add_to_texels(&cells_of(q, &|i| glow[i], &|i| glowing[i]), &mut texels);
                 }
                 texels
             };
             let glows = node.glow.iter().zip(&node.glowing);
-            layers.direct.push(node.direct.iter_mut().zip(glows).map(texels).collect());
+            layers.direct.push(direct.into_iter().zip(glows).map(texels).collect());
         }
         layers
     }

@@ -40,7 +40,7 @@ pub(super) struct Reached {
 impl Reached {
     /// Follows paths from the camera.
     pub fn new(geometry: &Geometry, charts: &Charts, patches: &Patches, seed: u32) -> Reached {
-        let mut places = charts.places(patches);
+        let mut places = charts.places(&geometry.scene, patches);
         let batches = (POINTS * places.len()).div_ceil(LONGEST * BATCH);
         let paths = Paths { geometry, charts, patches };
         let of_batch = |k: usize| {
