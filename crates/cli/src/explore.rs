@@ -36,6 +36,9 @@ pub struct Explore {
     /// Who made the scene, and its licence: stands in the page
     #[arg(long, value_name = "TEXT", default_value = "")]
     pub attribution: String,
+    /// Open with the story alone: five cards, after which come the controls
+    #[arg(long)]
+    pub story: bool,
     /// About how many patches to cut the scene into
     #[arg(long, value_name = "N", default_value_t = 4000, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub patches: u32,
@@ -98,7 +101,7 @@ pub fn run(own: &Explore, common: &Common, console: &Console) -> Result<(), CliE
     };
     check_place(&file)?;
     let title = own.title.clone().unwrap_or_else(|| scene.name.clone());
-    let words = Words { title, attribution: own.attribution.clone() };
+    let words = Words { title, attribution: own.attribution.clone(), story: own.story };
     let terms = TermsEffort {
         fineness: Fineness { patches: own.patches as usize, rays: own.rays },
         taus: own.taus.into(),
@@ -110,6 +113,14 @@ pub fn run(own: &Explore, common: &Common, console: &Console) -> Result<(), CliE
     let Page { html, counts, tau_error, rms } = page(&scene, &effort, &words, console)?;
     write_whole(&file, html.as_bytes())?;
     let (seconds, bytes) = (start.elapsed().as_secs_f64(), html.len());
+    if let Some(rms) = rms.filter(|rms| *rms > DOUBTFUL) {
+        console.warn(format!(
+            "the page's picture is {:.0} % off a rendered one by the file's camera, and says so: cells as small as it \
+             needs do not fit in {} MB; --patches and --megabytes, the larger the nearer",
+            100.0 * rms,
+            own.megabytes
+        ));
+    }
     let apart = rms.map_or_else(String::new, |rms| format!(", its picture {:.1} % from a rendered one", 100.0 * rms));
     console.say(format!(
         "{}: {} patches, {} {}, {} terms, {} taus in {seconds:.1} s; between taus {:.2} % off at most{apart}: {} \

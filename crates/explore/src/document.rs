@@ -36,6 +36,8 @@ pub struct Words {
     pub title: String,
     /// Who made the scene, and its licence.
     pub attribution: String,
+    /// Whether the page opens with its story alone, controls come after it.
+    pub story: bool,
 }
 
 /// A page's JSON; its parts are not nested there.
@@ -61,6 +63,7 @@ struct Heading<'a> {
     title: &'a str,
     attribution: &'a str,
     scene: &'a str,
+    story: bool,
     version: &'static str,
 }
 
@@ -251,8 +254,9 @@ impl Contents<'_> {
     }
 
     fn heading(&self) -> Heading<'_> {
-        let Words { title, attribution } = self.words;
-        Heading { title, attribution, scene: &self.geometry.scene.name, version: env!("CARGO_PKG_VERSION") }
+        let Words { title, attribution, story } = self.words;
+        let (scene, version) = (&*self.geometry.scene.name, env!("CARGO_PKG_VERSION"));
+        Heading { title, attribution, scene, story: *story, version }
     }
 
     fn space(&self) -> Space {

@@ -126,7 +126,7 @@ impl View {
         let one = |seen: &Seen| {
             let (emission, lamp) = seen.emission;
             let lit = seen.taps.as_ref().map_or(DVec3::ZERO, |taps| layers.incident(taps, mixture));
-            seen.share * (mixture.emission[lamp] * emission + seen.rho * lit)
+            seen.share * (mixture.emission[lamp] * emission + mixture.rho * seen.rho * lit)
         };
         let each: Vec<DVec3> = self.seen.par_iter().map(one).collect();
         let mut pixels = vec![DVec3::ZERO; self.size.width * self.size.height];

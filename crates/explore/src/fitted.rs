@@ -91,11 +91,18 @@ impl Fitting<'_> {
         watch.begin("small faces", 1);
         let rows = CellRows::new((&cut.geometry.rays, &cut.patches), &charts, &reached, &taus, seed);
         let layers = Layers::new((solved, direct), &charts, &rows, &reached.counts);
-        let state = State { alpha: 1.0, tau: 0.0, shown: Shown::All, gains: solved.gains(), stops: 0.0 };
+        let state = State { alpha: 1.0, tau: 0.0, shown: Shown::All, gains: solved.gains(), rho: 1.0, stops: 0.0 };
         let view = self.view(&charts, COMPARED, POINTS);
         let (own, mask) = (view.picture(&layers, &solved.kept.mixture(&state)), view.mask());
         let rms = rendered.and_then(|rendered| relative_rms(&own, rendered, Some(&mask), None).ok());
         let errors = rendered.map_or_else(Vec::new, |rendered| view.errors([&own, rendered], &mask));
+        if let (Ok(out), Some(r)) = (std::env::var("DIAG"), rendered) {
+            let one = solved.kept.mixture(&State { alpha: 0.0, tau: 0.0, shown: Shown::All, gains: solved.gains(), rho: 1.0, stops: 0.0 });
+            let e = halflight::pictures::Exposure { stops: 0.0 };
+            for (n, p) in [("shown", &own), ("rendered", r), ("mask", &mask), ("shown1", &view.picture(&layers, &one))] {
+                let _ = halflight::pictures::write_picture(format!("{out}/{n}.exr"), p, e);
+            }
+        }
         Fitted { charts, layers, rms, errors, bytes: 0 }
     }
 
@@ -117,6 +124,10 @@ impl Fitting<'_> {
         let asked = solver.render(Mode::Global, COMPARED).watch(self.watch);
         let rendered = asked.tolerance(COMPARED_WITHIN).ok().map(|rendered| rendered.picture);
         let fine = first.0.fine;
+        if let Ok(out) = std::env::var("DIAG") {
+            let one = solver.render(Mode::OneBounce, COMPARED).watch(self.watch).tolerance(COMPARED_WITHIN).ok().map(|rendered| rendered.picture);
+            let _ = halflight::pictures::write_picture(format!("{out}/rendered1.exr"), &one.expect("p"), halflight::pictures::Exposure { stops: 0.0 });
+        }
         let mut best = self.attempt(first, rendered.as_ref());
         best.bytes = bytes(&best)?;
         let (mut finer, mut of_cell) = (Finer::default(), BYTES * self.numbers_of_cell(fine));

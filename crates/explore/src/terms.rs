@@ -176,8 +176,10 @@ fn lamps(mode: &Assembled) -> (Vec<Lamp>, Vec<usize>) {
 }
 
 /// Words that mean something else in a link.
-const RESERVED: [&str; 12] =
-    ["mode", "alpha", "tau", "bounce", "term", "stops", "at", "look", "fov", "test", "size", "linear"];
+const RESERVED: [&str; 16] = [
+    "mode", "alpha", "tau", "bounce", "term", "terms", "scaled", "rho", "story", "stops", "at", "look", "fov", "test",
+    "size", "linear",
+];
 
 /// A name as it stands in a link: small letters and digits, all else a dash.
 fn key(name: &str) -> String {
@@ -185,7 +187,7 @@ fn key(name: &str) -> String {
     let key = letters.split('-').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("-");
     match key.as_str() {
         "" => "lamp".to_owned(),
-        reserved if RESERVED.contains(&reserved) => format!("lamp-{key}"),
+        reserved if RESERVED.contains(&reserved) || reserved.starts_with("rho-") => format!("lamp-{key}"),
         _ => key,
     }
 }
@@ -370,7 +372,7 @@ impl Solved {
     fn error_at(&self, mode: &Assembled, tau: f64) -> TauError {
         let upper = self.kept.radius(1.0, tau).upper;
         let alpha = if upper < 1.0 { 1.0 } else { (SHORT_OF_ONE / upper * 1e3).floor() / 1e3 };
-        let state = State { alpha, tau, shown: Shown::All, gains: self.gains(), stops: 0.0 };
+        let state = State { alpha, tau, shown: Shown::All, gains: self.gains(), rho: 1.0, stops: 0.0 };
         let shown = self.reflected(&self.kept.mixture(&state));
         let exact = whole(mode, &together(&mode.sources(), &vec![0; self.lamp_of.len()], 1), alpha);
         let [mut apart, mut all] = [0.0; 2];

@@ -1,11 +1,12 @@
 // The panel and the header: every control shows the state and changes it.
 import { MODES } from "./transport.js";
 import { fileCamera } from "./state.js";
-import { decodedSrgb, encodedSrgb, escaped, percentText, termName, verdictText } from "./words.js";
-import { showBars } from "./bars.js";
+import { colourOfTerm, decodedSrgb, encodedSrgb, escaped, percentText, termName, verdictText } from "./words.js";
+import { showBars, toggleLogarithm, touchBars } from "./bars.js";
 import { squareMap } from "./square.js";
 
 const element = (id) => document.getElementById(id);
+const DOUBTFUL = 0.15;
 const outputOf = (input) => input.parentElement.querySelector("output");
 
 // Wires all controls of the panel and lets them follow the state.
@@ -14,7 +15,14 @@ export function startControls(app) {
   startSlider(app, "alpha", (x) => ({ alpha: x }), () => app.state.alpha.toFixed(2));
   startSlider(app, "tau", (x) => ({ tau: x }), () => app.state.tau.toFixed(2));
   startSlider(app, "stops", (x) => ({ stops: x }), () => stopsText(app.state.stops));
+  startSlider(app, "rho", (x) => ({ rho: x }), () => rhoText(app.state));
   startBounces(app);
+  startTouch(app);
+  startTheme(app);
+  const { rms } = app.scene.errors;
+  element("doubt").hidden = !(rms > DOUBTFUL);
+  if (rms > DOUBTFUL) element("doubt").innerHTML = `<strong>▲ ${percentText(rms)} off:</strong> this picture is so far from
+    a rendered one (rms, file’s camera).`;
   startLamps(app);
   const showSquare = squareMap(element("square"), app.scene.radii, (part) => app.change(part));
   let shown = null;
@@ -25,13 +33,50 @@ export function startControls(app) {
     showBars(element("bars"), app.mixed.powers, app.mixed.included, "Visible power of every term, W");
     showHeader(app);
     showVerdict(app);
+    showPart(app);
   });
   element("facts").innerHTML = facts(app.scene).map((fact) => `<p>${fact}</p>`).join("");
 }
 
-function stopsText(stops) {
-  return stops === 0 ? "0" : `${stops > 0 ? "+" : "−"}${Math.abs(stops).toFixed(1)}`;
+function rhoText({ rho, rhoOf }) {
+  const own = Object.values(rhoOf).filter((factor) => factor !== 1).length;
+  return `× ${rho.toFixed(2)}${own > 0 ? `, ${own} of their own` : ""}`;
 }
+
+// Terms in the equation and bars are buttons: one alone, or all of them again; bars that are dragged over are a sum.
+function startTouch(app) {
+  const { terms } = app.scene;
+  const choose = (from, n, isClick) => {
+    const { view } = app.state;
+    if (!isClick) return app.change({ view: from === 0 ? { kind: "sum", n } : { kind: "part", from, n } });
+    const isAgain = view.kind === "term" && view.n === n;
+    app.change({ view: isAgain ? { kind: "all", n: terms } : { kind: "term", n } });
+  };
+  element("equation").addEventListener("click", ({ target }) => {
+    const { n } = target.closest("button")?.dataset ?? {};
+    if (n) choose(Number(n), Number(n), true);
+    if (n) element("equation").querySelector(`[data-n="${n}"]`)?.focus();
+  });
+  touchBars(element("bars"), terms + 1, choose);
+  element("logarithm").addEventListener("change", () => {
+    toggleLogarithm();
+    app.change({ view: app.state.view });
+  });
+  element("scaled").addEventListener("change", ({ target }) => app.change({ scaled: target.checked }));
+  app.followers.push(() => (element("scaled").checked = app.state.scaled));
+}
+
+// Dark or light, as the browser asks for until the button is pressed.
+function startTheme() {
+  const root = document.documentElement;
+  const isLight = () => (root.dataset.theme ?? (matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark")) === "light";
+  const set = (theme) => (root.dataset.theme = theme);
+  set(isLight() ? "light" : "dark");
+  matchMedia("(prefers-color-scheme: light)").addEventListener("change", ({ matches }) => set(matches ? "light" : "dark"));
+  element("theme").addEventListener("click", () => set(isLight() ? "dark" : "light"));
+}
+
+const stopsText = (stops) => stops === 0 ? "0" : `${stops > 0 ? "+" : "−"}${Math.abs(stops).toFixed(1)}`;
 
 function startSlider(app, id, partOf, textOf) {
   const input = element(id);
@@ -62,8 +107,9 @@ function viewAt(scene, kind, n) {
   return n > scene.terms ? { kind: "all", n: scene.terms } : { kind: "sum", n };
 }
 
-function bounceText({ kind, n }) {
+function bounceText({ kind, n, from }) {
   if (kind === "all") return "all of them";
+  if (kind === "part") return `${termName(from)} to ${termName(n)}`;
   return kind === "term" ? `${termName(n)} alone` : n === 0 ? "E" : `up to ${termName(n)}`;
 }
 
@@ -119,9 +165,9 @@ function startLamp(app, l) {
   });
 }
 
-// L = E + K L, unrolled: the terms that are in the picture stand out.
+// L = E + K L, unrolled, of buttons: the terms that are in the picture stand out, those that are 0 are grey.
 function equation(app) {
-  const { included, isWhole } = app.mixed;
+  const { included, isWhole, powers } = app.mixed;
   const { terms } = app.scene;
   const shown = [...new Set([0, 1, 2, 3, terms - 1, terms])].filter((n) => n <= terms).sort((a, b) => a - b);
   const { n: chosen } = app.state.view;
@@ -129,10 +175,13 @@ function equation(app) {
   const parts = shown.map((n, i) => {
     const gap = i > 0 && shown[i - 1] !== n - 1 ? " + …" : "";
     const isSpare = n > 2 && n < terms && n !== chosen;
-    const term = `<span class="term ${included[n] ? "on" : ""}"><b>${termName(n)}</b></span>`;
+    const isZero = powers[n].every((power) => power === 0);
+    const term = `<button type="button" class="term ${included[n] ? "on" : ""} ${isZero ? "zero" : ""}" data-n="${n}"
+      style="--term:${colourOfTerm(n)}" aria-pressed="${app.state.view.kind === "term" && n === chosen}">
+      <b>${termName(n)}</b>${isZero ? " = 0" : ""}</button>`;
     return `${gap}<span class="${isSpare ? "spare" : ""}">${i > 0 ? " + " : ""}${term}</span>`;
   });
-  return `<b>L</b> = <b>E</b> + <b>K L</b> = ${parts.join("")} + <span class="term ${isWhole ? "on" : ""}">…</span>`;
+  return `<span class="spare"><b>L</b> = <b>E</b> + <b>K L</b> = </span><span class="short"><b>L</b> = </span>${parts.join("")} + <span class="term ${isWhole ? "on" : ""}">…</span>`;
 }
 
 function showHeader(app) {
@@ -140,6 +189,17 @@ function showHeader(app) {
   const { alpha, tau } = app.state;
   element("meaning").textContent = app.mode ? MODES[app.mode].meaning
     : `Between the modes: interreflection ${alpha.toFixed(2)}, ${percentText(tau)} of light passes through surfaces.`;
+}
+
+// What of the series is shown, over the picture, in the colour of its term.
+function showPart(app) {
+  const { view } = app.state;
+  const { stops, hasPicture } = app.mixed;
+  const part = element("part");
+  part.hidden = view.kind === "all" || !hasPicture;
+  const factor = stops === 0 ? "" : `, × ${stops > 0 ? 2 ** stops : `1/${2 ** -stops}`}`;
+  part.textContent = `${bounceText(view)}${factor}`;
+  element("picture").style.setProperty("--term", view.kind === "term" && hasPicture ? colourOfTerm(view.n) : "transparent");
 }
 
 function showVerdict(app) {
@@ -171,6 +231,8 @@ function facts(scene) {
       ${Number.isFinite(worst) ? `${percentText(worst)} at most` : "what is not known"}, measured at ${places}.` : "",
     `The terms after ${termName(scene.terms)} are added as two geometric series: the part along the dominant eigenvector
       of K is exact, what is left shrinks by one ratio.`,
+    `Reflectance is exact where all walls change as one; of one material it is estimated by light between
+      ${scene.coarse.count} coarse patches.`,
     errors.rms === null ? "" : `Next to halflight’s own picture from the file’s camera this one is off by
       ${percentText(errors.rms)} (rms).`,
     `${count(effort.patches)} patches, ${count(effort.rays)} rays, ${count(effort.triangles)} triangles.`,

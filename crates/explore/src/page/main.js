@@ -8,6 +8,7 @@ import { decodedArrays, inflated } from "./numbers.js";
 import { PatchCard } from "./patch.js";
 import { Patches } from "./patches.js";
 import { Plan } from "./plan.js";
+import { startStory } from "./story.js";
 import { loadedImages, View } from "./view.js";
 import { startWalking } from "./walk.js";
 
@@ -70,6 +71,7 @@ async function start() {
   app.frame();
   app.view?.gl.finish();
   const test = testOf(link);
+  startStory(app, link, test);
   if (test) runTest(app, test, link, Math.round(performance.now()));
 }
 

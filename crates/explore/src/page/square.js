@@ -21,9 +21,9 @@ function frontier(radii) {
   if (diverges.length === 0) return "";
   const line = proved.slice(Math.max(0, TAUS.indexOf(diverges[0]) - 1));
   const middle = yOf((diverges[0] + 3 * diverges.at(-1)) / 4);
-  return `<polygon points="${open.join(" ")} ${right}" fill="#5a2a20"></polygon>
+  return `<polygon points="${open.join(" ")} ${right}" class="open"></polygon>
     <polygon points="${proved.join(" ")} ${right}" fill="url(#hatch)"></polygon>
-    <polyline points="${line.join(" ")}" fill="none" stroke="#ff8a70" stroke-width="2.5"></polyline>
+    <polyline points="${line.join(" ")}" fill="none" class="edge"></polyline>
     <text class="word" x="${SIDE - 5}" y="${Math.max(34, middle)}" text-anchor="end">diverges</text>`;
 }
 
@@ -38,7 +38,7 @@ function corners() {
 // Puts the map into an element; `change` is called with the {alpha, tau} that was chosen.
 export function squareMap(element, radii, change) {
   element.innerHTML = `<svg viewBox="-20 -25 ${SIDE + 30} ${SIDE + 75}"><rect width="${SIDE}" height="${SIDE}"
-    fill="#0d0f13" stroke="#8d93a1"></rect>${frontier(radii)}${corners()}
+    class="ground"></rect>${frontier(radii)}${corners()}
     <text x="${SIDE / 2}" y="${SIDE + 44}" text-anchor="middle">alpha →</text>
     <text transform="translate(-8 ${SIDE / 2}) rotate(-90)" text-anchor="middle">tau →</text>
     <g role="slider" tabindex="0" aria-label="alpha and tau" aria-valuemin="0" aria-valuemax="1"><circle r="8"

@@ -36,15 +36,14 @@ export class View {
   }
 
   #uploadTables(arrays) {
-    const { gl, scene, charts } = this;
+    const { gl, charts } = this;
     const [width, height] = charts.size;
     const s = charts.fineness;
     const patches = new Float32Array(width * height).fill(-1);
     charts.cellPlaces.forEach((place, cell) => (patches[place] = arrays.cellPatch[cell]));
-    const materials = scene.materials.flatMap(({ rho, emission }) => [...rho, 0, ...emission, 0]);
     this.textures = {
       charts: tableTexture(gl, charts.table(arrays), 1024),
-      materials: tableTexture(gl, new Float32Array(materials), 512),
+      materials: tableTexture(gl, this.#materials([]), 512),
       gains: tableTexture(gl, new Float32Array(4), 256),
       coarse: numberTexture(gl, gl.RGBA16F, width, height, null, gl.LINEAR),
       fine: numberTexture(gl, gl.RGBA16F, width * s, height * s, null, gl.LINEAR),
@@ -56,6 +55,17 @@ export class View {
     this.shares = new Float32Array(width * height);
     this.texels = { coarse: new Float32Array(4 * width * height), fine: new Float32Array(4 * width * height * s * s) };
   }
+
+  // Reflectance and emission of the materials, where reflectances have factors [m].
+  #materials(factors) {
+    const { materials } = this.scene;
+    const table = new Float32Array(2048 * Math.ceil(materials.length / 256));
+    materials.forEach(({ rho, emission }, m) =>
+      table.set([...rho.map((x) => x * (factors[m] ?? 1)), 0, ...emission, 0], 8 * m));
+    return table;
+  }
+
+  setReflectances(factors) { refill(this.gl, this.textures.materials, this.#materials(factors)); }
 
   #uploadTriangles() {
     const { gl, buffers } = this;
