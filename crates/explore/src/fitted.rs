@@ -1,12 +1,15 @@
 //! The page's own picture beside a rendered one: cells are made finer until both are near to each other, or the page
 //! is large.
 //!
-//! The terms are solved once. What changes from one attempt to the next are the charts, direct light in their texels
+//! Where the first picture is too far off, the terms are solved once more on patches divided where light differs
+//! ([`Reached::divided`]). What changes from one attempt to the next are the charts, direct light in their texels
 //! and the rows of F of their cells. The picture that is compared is the one that a page opens with, all of global
 //! illumination by the file's camera, over the pixels that see no emission.
 //!
 //! Not handled: scenes whose light at alpha 1 and tau 0 has no rendered picture, whose cells stay as large as patches;
 //! what is seen from anywhere else.
+
+use glam::DVec3;
 
 use crate::cell_rows::CellRows;
 use crate::charts::Charts;
@@ -30,7 +33,7 @@ const COMPARED: Size = Size { width: 160, height: 90 };
 const COMPARED_WITHIN: f64 = 0.02;
 const POINTS: usize = 4;
 /// Attempts to come nearer.
-const ATTEMPTS: usize = 4;
+const ATTEMPTS: usize = 3;
 /// The share of an error that is aimed at, so that it is met for certain.
 const AIM: f64 = 0.8;
 /// Bytes that a number of light takes at first: half of its own two, in the 4/3 of base64.
@@ -62,9 +65,9 @@ pub(super) struct Fitted {
     pub layers: Layers,
     /// None where there is nothing to compare with.
     pub rms: Option<f64>,
-    /// How many bytes the page has.
-    pub bytes: usize,
     errors: Vec<SeenError>,
+    /// Of each texel its number before those that nothing reaches were left out.
+    texels: Vec<usize>,
 }
 
 impl Fitting<'_> {
@@ -81,29 +84,26 @@ impl Fitting<'_> {
     }
 
     /// The light of charts, and what it is off by.
-    fn attempt(&self, (charts, reached): (Charts, Reached), rendered: Option<&Picture>) -> Fitted {
+    pub fn attempt(&self, (charts, reached): (Charts, Reached), rendered: Option<&Picture>) -> Fitted {
         let Fitting { cut, solved, seed, watch, .. } = *self;
         let scene = self.scene();
         let (charts, texels) = charts.kept(scene, &reached.counts);
-        let reached = reached.of(&texels);
+        let mut reached = reached.of(&texels);
+        for (point, patch) in reached.places.iter_mut().flatten() {
+            let side = cut.patches.side(*patch as usize);
+            *patch = cut.patches.at(point.face, side, point.position).unwrap_or(*patch);
+        }
         let taus: Vec<Vec<f32>> = solved.kept.taus.iter().map(|&tau| of_materials(scene, tau)).collect();
         let direct = solved.direct(&reached.places, watch);
         watch.begin("small faces", 1);
         let rows = CellRows::new((&cut.geometry.rays, &cut.patches), &charts, &reached, &taus, seed);
-        let layers = Layers::new((solved, direct), &charts, &rows, &reached.counts);
+        let layers = Layers::new((solved, direct), &charts, &rows, &reached);
         let state = State { alpha: 1.0, tau: 0.0, shown: Shown::All, gains: solved.gains(), rho: 1.0, stops: 0.0 };
         let view = self.view(&charts, COMPARED, POINTS);
         let (own, mask) = (view.picture(&layers, &solved.kept.mixture(&state)), view.mask());
         let rms = rendered.and_then(|rendered| relative_rms(&own, rendered, Some(&mask), None).ok());
         let errors = rendered.map_or_else(Vec::new, |rendered| view.errors([&own, rendered], &mask));
-        if let (Ok(out), Some(r)) = (std::env::var("DIAG"), rendered) {
-            let one = solved.kept.mixture(&State { alpha: 0.0, tau: 0.0, shown: Shown::All, gains: solved.gains(), rho: 1.0, stops: 0.0 });
-            let e = halflight::pictures::Exposure { stops: 0.0 };
-            for (n, p) in [("shown", &own), ("rendered", r), ("mask", &mask), ("shown1", &view.picture(&layers, &one))] {
-                let _ = halflight::pictures::write_picture(format!("{out}/{n}.exr"), p, e);
-            }
-        }
-        Fitted { charts, layers, rms, errors, bytes: 0 }
+        Fitted { charts, layers, rms, errors, texels }
     }
 
     /// Numbers of light of a cell and its texels.
@@ -113,49 +113,69 @@ impl Fitting<'_> {
         (3 * kept.taus.len() * (self.solved.lamps.len() * of_lamp + 1)) as f64
     }
 
-    /// The light of the first charts, or of finer ones; `bytes` tells how large the page would be.
-    pub fn fitted<E>(
+    /// The light of finer charts than the first, where that comes nearer to a rendered picture; `bytes` tells how large
+    /// a page would be.
+    pub fn refined<E>(
         &self,
-        solver: &Solver,
-        first: (Charts, Reached),
+        mut best: Fitted,
+        rendered: Option<&Picture>,
         limits: &Limits,
         bytes: impl Fn(&Fitted) -> Result<usize, E>,
     ) -> Result<Fitted, E> {
-        let asked = solver.render(Mode::Global, COMPARED).watch(self.watch);
-        let rendered = asked.tolerance(COMPARED_WITHIN).ok().map(|rendered| rendered.picture);
-        let fine = first.0.fine;
-        if let Ok(out) = std::env::var("DIAG") {
-            let one = solver.render(Mode::OneBounce, COMPARED).watch(self.watch).tolerance(COMPARED_WITHIN).ok().map(|rendered| rendered.picture);
-            let _ = halflight::pictures::write_picture(format!("{out}/rendered1.exr"), &one.expect("p"), halflight::pictures::Exposure { stops: 0.0 });
-        }
-        let mut best = self.attempt(first, rendered.as_ref());
-        best.bytes = bytes(&best)?;
+        let fine = best.charts.fine;
         let (mut finer, mut of_cell) = (Finer::default(), BYTES * self.numbers_of_cell(fine));
+        let mut size = if best.is_far(limits) { bytes(&best)? } else { 0 };
         for _ in 0..ATTEMPTS {
-            let room = (limits.bytes as f64 - best.bytes as f64) / of_cell;
+            let room = (limits.bytes as f64 - size as f64) / of_cell;
             let mut next = finer.clone();
             let enough = (AIM * limits.within).powi(2);
-            let is_far = best.rms.is_some_and(|rms| rms > limits.within);
-            if !is_far || !next.refine((self.scene(), &best.charts), &best.errors, enough, room) {
+            if !best.is_far(limits) || !next.refine((self.scene(), &best.charts), &best.errors, enough, room) {
                 break;
             }
             let charts = Charts::new(self.scene(), self.patches, fine, &next);
             let reached = Reached::new(&self.cut.geometry, &charts, self.patches, self.seed);
-            let mut tried = self.attempt((charts, reached), rendered.as_ref());
-            tried.bytes = bytes(&tried)?;
-            let more = tried.charts.cells.len() as f64 - best.charts.cells.len() as f64;
-            eprintln!("attempt: {:?} -> {:?}, {} -> {} bytes, {} -> {} cells, expected {} a cell", best.rms, tried.rms, best.bytes, tried.bytes, best.charts.cells.len(), tried.charts.cells.len(), of_cell);
-            of_cell = ((tried.bytes as f64 - best.bytes as f64) / more.max(1.0)).max(1.0);
-            if tried.bytes > limits.bytes {
+            let tried = self.attempt((charts, reached), rendered);
+            let (larger, more) = (bytes(&tried)?, tried.charts.cells.len() as f64 - best.charts.cells.len() as f64);
+            eprintln!("attempt: {:?} -> {:?}, {size} -> {larger} bytes, {} cells", best.rms, tried.rms, tried.charts.cells.len());
+            of_cell = ((larger as f64 - size as f64) / more.max(1.0)).max(1.0);
+            if larger > limits.bytes {
                 continue;
             }
             if tried.rms >= best.rms {
                 break;
             }
-            (best, finer) = (tried, next);
+            (best, finer, size) = (tried, next, larger);
         }
         Ok(best)
     }
+}
+
+impl Fitted {
+    /// Whether a picture is further off than is near enough.
+    pub fn is_far(&self, limits: &Limits) -> bool {
+        self.rms.is_some_and(|rms| rms > limits.within)
+    }
+
+    /// The light of lamps that leaves each texel of so many there were before those that nothing reaches were left out.
+    pub fn reflected_once(&self, scene: &Scene, count: usize) -> Vec<DVec3> {
+        let mut light = vec![DVec3::ZERO; count];
+        for chart in &self.charts.list {
+            let rho = scene.materials[chart.material as usize].rho.as_dvec3();
+            let block = self.charts.fine * self.charts.fine;
+            let own = chart.first * block..(chart.first + chart.columns * chart.rows) * block;
+            for texel in own {
+                let sum: DVec3 = self.layers.direct[0].iter().map(|lamp| lamp[texel].as_dvec3()).sum();
+                light[self.texels[texel]] = rho * sum;
+            }
+        }
+        light
+    }
+}
+
+/// The picture that pages are compared with; none where the series has no sum.
+pub(super) fn reference(solver: &Solver, watch: &dyn Watch) -> Option<Picture> {
+    let asked = solver.render(Mode::Global, COMPARED).watch(watch);
+    asked.tolerance(COMPARED_WITHIN).ok().map(|rendered| rendered.picture)
 }
 
 /// tau of every material where those without their own take `tau`.

@@ -35,7 +35,7 @@ mod sums;
 mod terms;
 
 use crate::document::Contents;
-use crate::fitted::{Fitted, Fitting, first_charts};
+use crate::fitted::{Fitted, Fitting, first_charts, reference};
 use crate::parts::joined;
 use crate::reached::Reached;
 use crate::rows::CoarseRows;
@@ -109,21 +109,38 @@ pub fn page(scene: &Scene, effort: &PageEffort, words: &Words, watch: &dyn Watch
     let cut = solver.cut(effort.fineness.patches);
     let (geometry, patches) = (&*cut.geometry, &*cut.patches);
     let scene = &geometry.scene;
-    let charts = first_charts(scene, patches);
-    let reached = Reached::new(geometry, &charts, patches, effort.seed);
-    let cut = cut.with_patches(reached.patches(patches));
-    let solved = terms::solve(&cut, effort, watch)?;
+    let first = || {
+        let charts = first_charts(scene, patches);
+        let reached = Reached::new(geometry, &charts, patches, effort.seed);
+        (charts, reached)
+    };
+    let rendered = reference(&solver, watch);
+    let (charts, reached) = first();
+    let mut parts = cut.with_patches(reached.patches(patches));
+    let mut solved = terms::solve(&parts, effort, watch)?;
+    let fitting = Fitting { cut: &parts, patches, solved: &solved, seed: effort.seed, watch };
+    let mut fitted = fitting.attempt((charts, reached), rendered.as_ref());
+    if fitted.is_far(limits) {
+        let (charts, reached) = first();
+        let light = fitted.reflected_once(scene, charts.texels());
+        parts = cut.with_patches(reached.divided(patches, &light));
+        eprintln!("divided: {:?} {} -> {}", fitted.rms, patches.len(), parts.patches.len());
+        solved = terms::solve(&parts, effort, watch)?;
+        let fitting = Fitting { cut: &parts, patches, solved: &solved, seed: effort.seed, watch };
+        fitted = fitting.attempt((charts, reached), rendered.as_ref());
+    }
     watch.begin("rows of F", 1);
     let rows = CoarseRows::new(geometry, effort.seed);
     let emitters = &*Emitters::of(scene);
     let lamp_of = |face: u32| solved.lamp_of.get(emitters.of_face(scene, face)).copied().unwrap_or(0);
-    let fitting = Fitting { cut: &cut, patches, solved: &solved, seed: effort.seed, watch };
+    let fitting = Fitting { cut: &parts, patches, solved: &solved, seed: effort.seed, watch };
     let html = |fitted: &Fitted| -> Result<String, ImageError> {
         let points = fitting.view(&fitted.charts, TEST_SIZE, 1);
         let contents = Contents {
             words,
             geometry,
             patches,
+            parts: &parts.patches,
             charts: &fitted.charts,
             solved: &solved,
             layers: &fitted.layers,
@@ -137,11 +154,12 @@ pub fn page(scene: &Scene, effort: &PageEffort, words: &Words, watch: &dyn Watch
         let (json, numbers) = contents.texts()?;
         Ok(joined(&words.title, &json, &numbers))
     };
-    let fitted = fitting.fitted(&solver, (charts, reached), limits, |fitted| Ok::<_, PageError>(html(fitted)?.len()))?;
+    let bytes = |fitted: &Fitted| Ok::<_, PageError>(html(fitted)?.len());
+    let fitted = fitting.refined(fitted, rendered.as_ref(), limits, bytes)?;
     Ok(Page {
         html: html(&fitted)?,
         counts: Counts {
-            patches: patches.len(),
+            patches: parts.patches.len(),
             cells: fitted.charts.cells.len(),
             texels: fitted.charts.texels(),
             lamps: solved.lamps.len(),

@@ -9,6 +9,7 @@ use glam::DVec3;
 
 use crate::cell_rows::CellRows;
 use crate::charts::{Charts, Taps};
+use crate::reached::Reached;
 use crate::sums::Mixture;
 use crate::terms::{Solved, received};
 use halflight::light::Rgb;
@@ -30,12 +31,13 @@ impl Layers {
         (solved, direct): (&Solved, Vec<Vec<Vec<Rgb>>>),
         charts: &Charts,
         rows: &CellRows,
-        reached: &[u32],
+        reached: &Reached,
     ) -> Layers {
         let is_lit = lit(solved);
-        let cells: Vec<Vec<(u32, f32)>> = charts.cells.iter().map(|own| weights(own, &is_lit)).collect();
+        let cells: Vec<Vec<(u32, f32)>> = parts(charts, reached).iter().map(|own| weights(own, &is_lit)).collect();
         let of_cells: Vec<bool> =
             cells.iter().map(|own| own.iter().any(|(patch, _)| is_lit[*patch as usize])).collect();
+        let reached = &reached.counts;
         let of_texel = |t: usize| reached[t] > 0 || direct[0].iter().any(|lamp| lamp[t] != Rgb::ZERO);
         let of_texels: Vec<bool> = (0..reached.len()).map(of_texel).collect();
         let fill_cells = charts.fills(1, &of_cells, 1);
@@ -107,6 +109,20 @@ fn lit(solved: &Solved) -> Vec<bool> {
     let terms = || solved.nodes[0].terms.iter().flatten();
     let reflects = |i: usize| solved.rho[i].max_element() > 0.0;
     (0..solved.areas.len()).map(|i| !reflects(i) || terms().any(|term| term[i].max_element() > 0.0)).collect()
+}
+
+/// The patches of each cell, or what parts of them the points of its texels lie in, with weights that add up to 1.
+fn parts(charts: &Charts, reached: &Reached) -> Vec<Vec<(u32, f32)>> {
+    let of_cell = |(cell, own): (usize, &Vec<(u32, f32)>)| {
+        let any = charts.texels_of(cell).any(|texel| reached.counts[texel] > 0);
+        let texels = charts.texels_of(cell).filter(|&texel| !any || reached.counts[texel] > 0);
+        let points: Vec<u32> = texels.flat_map(|texel| &reached.places[texel]).map(|place| place.1).collect();
+        let share = 1.0 / points.len() as f32;
+        // Patches that are not divided have their shares by area.
+        let is_whole = points.iter().all(|part| own.iter().any(|(patch, _)| patch == part));
+        if is_whole { own.clone() } else { points.into_iter().map(|part| (part, share)).collect() }
+    };
+    charts.cells.iter().enumerate().map(of_cell).collect()
 }
 
 /// The patches of a cell that are lit, with weights that add up to 1; all of them where none is.

@@ -4,6 +4,7 @@ import { gainsOf, initialState, linkOfState, stateOfLink } from "./state.js";
 import { perspective } from "./camera.js";
 import { Reflectance, factorsOf } from "./reflectance.js";
 
+const LIGHT = ["alpha", "tau", "view", "lamps", "rho", "rhoOf", "scaled"]; // what of a state changes the light
 const PIXEL_RATIO = 2;
 const HASTY_RATIO = 0.6;
 const SLOW = 50; // milliseconds for a picture, beyond which fewer pixels are drawn while something moves
@@ -56,7 +57,7 @@ export class App {
   // Changes the state; whatever is shown follows with the next picture.
   change(part) {
     Object.assign(this.state, part);
-    if (["alpha", "tau", "view", "lamps", "rho", "rhoOf", "scaled"].some((name) => name in part)) this.isLightStale = true;
+    this.isLightStale ||= LIGHT.some((name) => name in part);
     clearTimeout(this.linkTimer);
     this.linkTimer = setTimeout(() => this.writeLink(), 250);
     this.schedule();

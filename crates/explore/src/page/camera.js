@@ -63,8 +63,7 @@ export function planCamera(scene, height, centre, half, aspect) {
   const [sx, sy, depth] = aspect > 1 ? [1 / (half * aspect), 1 / half, 4] : [1 / half, aspect / half, 4];
   const rows = [
     [...right.map((x) => sx * x), -sx * centre[0]], [...up.map((x) => sy * x), -sy * centre[1]],
-    [...down.map((x) => (2 / depth) * x), (2 / depth) * height - 1], [0, 0, 0, 1],
-  ];
+    [...down.map((x) => (2 / depth) * x), (2 / depth) * height - 1], [0, 0, 0, 1], ];
   const matrix = [0, 1, 2, 3].flatMap((i) => rows.map((row) => row[i]));
   return { forward: down, right, up, eye: [0, 0, 0], tangents: [0, 0], matrix, culled: true, scales: [sx, sy] };
 }

@@ -21,15 +21,14 @@ export function startControls(app) {
   startTheme(app);
   const { rms } = app.scene.errors;
   element("doubt").hidden = !(rms > DOUBTFUL);
-  if (rms > DOUBTFUL) element("doubt").innerHTML = `<strong>▲ ${percentText(rms)} off:</strong> this picture is so far from
-    a rendered one (rms, file’s camera).`;
+  element("doubt").innerHTML = `<strong>▲ ${percentText(rms ?? 0)} off:</strong> so far from a rendered picture (rms).`;
   startLamps(app);
   const showSquare = squareMap(element("square"), app.scene.radii, (part) => app.change(part));
   let shown = null;
   app.followers.push(() => {
     if (app.mixed === shown) return;
     shown = app.mixed;
-    showSquare(app.state, `${app.mode ?? "between the modes"}, ${app.mixed.verdict.kind}`);
+    showSquare(app.state, app.mixed.radius, `${app.mode ?? "between the modes"}, ${app.mixed.verdict.kind}`);
     showBars(element("bars"), app.mixed.powers, app.mixed.included, "Visible power of every term, W");
     showHeader(app);
     showVerdict(app);
@@ -68,12 +67,11 @@ function startTouch(app) {
 
 // Dark or light, as the browser asks for until the button is pressed.
 function startTheme() {
-  const root = document.documentElement;
-  const isLight = () => (root.dataset.theme ?? (matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark")) === "light";
-  const set = (theme) => (root.dataset.theme = theme);
-  set(isLight() ? "light" : "dark");
-  matchMedia("(prefers-color-scheme: light)").addEventListener("change", ({ matches }) => set(matches ? "light" : "dark"));
-  element("theme").addEventListener("click", () => set(isLight() ? "dark" : "light"));
+  const [light, root] = [matchMedia("(prefers-color-scheme: light)"), document.documentElement.dataset];
+  const set = (isLight) => (root.theme = isLight ? "light" : "dark");
+  set(light.matches);
+  light.addEventListener("change", () => set(light.matches));
+  element("theme").addEventListener("click", () => set(root.theme === "dark"));
 }
 
 const stopsText = (stops) => stops === 0 ? "0" : `${stops > 0 ? "+" : "−"}${Math.abs(stops).toFixed(1)}`;
@@ -181,7 +179,7 @@ function equation(app) {
       <b>${termName(n)}</b>${isZero ? " = 0" : ""}</button>`;
     return `${gap}<span class="${isSpare ? "spare" : ""}">${i > 0 ? " + " : ""}${term}</span>`;
   });
-  return `<span class="spare"><b>L</b> = <b>E</b> + <b>K L</b> = </span><span class="short"><b>L</b> = </span>${parts.join("")} + <span class="term ${isWhole ? "on" : ""}">…</span>`;
+  return `<b>L</b> = <span class="spare"><b>E</b> + <b>K L</b> = </span>${parts.join("")} + <span class="term ${isWhole ? "on" : ""}">…</span>`;
 }
 
 function showHeader(app) {
@@ -199,7 +197,8 @@ function showPart(app) {
   part.hidden = view.kind === "all" || !hasPicture;
   const factor = stops === 0 ? "" : `, × ${stops > 0 ? 2 ** stops : `1/${2 ** -stops}`}`;
   part.textContent = `${bounceText(view)}${factor}`;
-  element("picture").style.setProperty("--term", view.kind === "term" && hasPicture ? colourOfTerm(view.n) : "transparent");
+  const colour = view.kind === "term" && hasPicture ? colourOfTerm(view.n) : "transparent";
+  element("picture").style.setProperty("--term", colour);
 }
 
 function showVerdict(app) {
@@ -208,7 +207,7 @@ function showVerdict(app) {
   const words = verdictText(verdict);
   const fault = verdict.kind === "diverges" ? "has no sum" : "may have no sum";
   const instead = `<strong>▲ No picture:</strong> the series ${fault}.
-    ${words} Shown instead: ${termName(terms)} alone, scaled to the power of KE.`;
+    ${words} <span class="spare">Shown instead: ${termName(terms)} alone, scaled to the power of KE.</span>`;
   const shown = hasPicture ? words : instead;
   const verdictElement = element("verdict");
   verdictElement.classList.toggle("none", !hasPicture);
@@ -236,13 +235,11 @@ function facts(scene) {
     errors.rms === null ? "" : `Next to halflight’s own picture from the file’s camera this one is off by
       ${percentText(errors.rms)} (rms).`,
     `${count(effort.patches)} patches, ${count(effort.rays)} rays, ${count(effort.triangles)} triangles.`,
-    scene.ownTransport ? `Some material has a tau of its own, which the slider leaves as it is, or an alpha, which multiplies
-      the slider’s.` : "",
+    scene.ownTransport ? `Some material has a tau of its own, which the slider leaves as it is, or an alpha, which
+      multiplies the slider’s.` : "",
     scene.punctual ? "Where a patch gets its light from does not count lights without area." : "",
-    "Diffuse surfaces only: no gloss, no refraction.",
-    escaped(scene.attribution),
-    `Made by halflight ${escaped(scene.version)}.`,
-  ].filter((fact) => fact !== "");
+    "Diffuse surfaces only: no gloss, no refraction.", escaped(scene.attribution),
+    `Made by halflight ${escaped(scene.version)}.`, ].filter((fact) => fact !== "");
 }
 
 // A message that stays until it is closed.

@@ -12,9 +12,8 @@ import { startStory } from "./story.js";
 import { loadedImages, View } from "./view.js";
 import { startWalking } from "./walk.js";
 
-const NO_WEBGL = "No room is drawn: this browser has no WebGL2, or it is switched off. Switch on hardware "
-  + "acceleration, or open this page in a current Firefox, Chrome, Edge or Safari. The numbers beside still follow the "
-  + "sliders.";
+const NO_WEBGL = "No room is drawn: this browser has no WebGL2, or it is switched off. Switch on hardware acceleration, "
+  + "or open this page in a current browser. The numbers beside still follow the sliders.";
 
 const MOST_PROBLEMS = 5;
 

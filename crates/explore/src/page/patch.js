@@ -113,8 +113,8 @@ export class PatchCard {
       <dl><dt>material</dt><dd>${escaped(material)}${arrays.patchSide[patch] ? ", back" : ""}</dd>
       <dt>area, file’s units²</dt><dd>${numberText(arrays.patchArea[patch])}</dd>
       ${lines("rho", "rho")}${lines("L, W/(m² sr)", "radiance")}</dl>
-      <div class="slider"><label for="rho-own">reflectance of ${escaped(material)}</label><input id="rho-own" type="range"
-      min="0" max="${whitest(scene.materials[own])}" step="0.01"><output for="rho-own"></output></div>
+      <div class="slider"><label for="rho-own">reflectance of ${escaped(material)}</label><input id="rho-own"
+      type="range" min="0" max="${whitest(scene.materials[own])}" step="0.01"><output for="rho-own"></output></div>
       ${this.#choices()}<div class="row"></div><div class="power"></div>`;
     this.element.hidden = false;
     document.getElementById("panel").scrollTop = 0;

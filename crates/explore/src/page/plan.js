@@ -33,9 +33,7 @@ export class Plan {
     const range = (i) => [Math.min(...corners.map((c) => c[i])), Math.max(...corners.map((c) => c[i]))];
     const [x, y] = [range(0), range(1)];
     return {
-      centre: [(x[0] + x[1]) / 2, (y[0] + y[1]) / 2],
-      half: (Math.max(x[1] - x[0], y[1] - y[0], 0.01) / 2) * MARGIN,
-    };
+      centre: [(x[0] + x[1]) / 2, (y[0] + y[1]) / 2], half: (Math.max(x[1] - x[0], y[1] - y[0], 0.01) / 2) * MARGIN, };
   }
 
   // The eye on the plan, or the place at the edge that is nearest to it.

@@ -62,8 +62,8 @@ export class Reflectance {
 
   // What arrives of all terms after the last, of all lamps, where each counts alpha times as much as that before.
   #rest({ f, rho, lambda, terms }, alpha, c, gains) {
-    let own = terms.at(-1)[0][c].map((_, j) => gains.reduce((sum, gain, l) => sum + gain[c] * terms.at(-1)[l][c][j], 0));
-    const first = alpha ** (terms.length - 2);
+    const [last, first] = [terms.at(-1), alpha ** (terms.length - 2)];
+    let own = last[0][c].map((_, j) => gains.reduce((all, gain, l) => all + gain[c] * last[l][c][j], 0));
     const sum = new Float64Array(own.length);
     own = own.map((x) => first * x);
     for (let n = 0; n < LATER; n++) {

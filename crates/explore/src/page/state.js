@@ -9,11 +9,8 @@ export const FOV = { least: 10, most: 120 };
 // The state a page opens with: global illumination from the file's camera.
 export function initialState(scene) {
   return {
-    alpha: 1, tau: 0, view: { kind: "all", n: scene.terms }, stops: 0, scaled: true,
-    rho: 1, rhoOf: {},
-    lamps: scene.lamps.map(() => ({ brightness: 1, colour: [1, 1, 1] })),
-    ...fileCamera(scene),
-  };
+    alpha: 1, tau: 0, view: { kind: "all", n: scene.terms }, stops: 0, scaled: true, rho: 1, rhoOf: {},
+    lamps: scene.lamps.map(() => ({ brightness: 1, colour: [1, 1, 1] })), ...fileCamera(scene), };
 }
 
 // The file's camera as part of a state. Yaw and pitch count from it, in degrees: right and up are positive.
@@ -79,8 +76,7 @@ function setters(scene, state) {
     fov: (v) => assign(numbersOf(v, 1, FOV.least, FOV.most), ([x]) => (state.fov = x)),
     look: (v) => assign(numbersOf(v, 2, -360, 360), ([yaw, pitch]) =>
       Object.assign(state, { yaw, pitch: Math.max(-89, Math.min(89, pitch)) })),
-    at: (v) => assign(placeOf(scene, v), (position) => (state.position = position)),
-  };
+    at: (v) => assign(placeOf(scene, v), (position) => (state.position = position)), };
   scene.lamps.forEach((lamp, l) => {
     byKey[lamp.key] = (v) => {
       const gain = numbersIn(v, 0, 100);

@@ -5,22 +5,21 @@ import { radiusBounds } from "./transport.js";
 const PACE = 650; // milliseconds that each picture of a sequence stays
 
 const CARDS = [
-  { title: "Light that was reflected", link: "mode=global", act: "Switch the bounces off and on",
+  { title: "Light that was reflected", link: "mode=global", act: "Bounces off, and on",
     text: "Lamps light walls, and walls light walls: without what was reflected more than once, corners go dark.",
     run: (app) => app.change({ view: app.state.view.kind === "all" ? sum(1) : all(app) }) },
   { title: "One bounce at a time", link: "mode=global&bounce=0", act: "▶ Play the bounces",
     text: "K sends light on by one bounce; E, KE, K²E, … add up to the room, and each is weaker than the last.",
     run: (app) => play(app, bounces(app)) },
-  { title: "Whiter walls", link: "mode=global&rho=0.5", act: "▶ Make the walls whiter",
+  { title: "Whiter walls", link: "mode=global&rho=0.5", act: "▶ Whiten the walls",
     text: "Every bounce counts the reflectance once more, so a little more of it is a lot more light.",
     run: (app) => play(app, range(0.5, 1.3, 9).map((rho) => ({ rho })), 200) },
-  { title: "Light through walls", link: "mode=global&bounce=4", act: "▶ Let light through walls",
+  { title: "Light through walls", link: "mode=global&bounce=4", act: "▶ Let light through",
     text: "With tau, surfaces let light pass and still reflect it: shadows fade, and every bounce grows.",
     run: (app) => play(app, range(0, 1, 11).map((tau) => ({ tau })), 200) },
-  { title: "Why it explodes", link: "mode=shadowless&term=1&scaled=no", act: "▶ Play the terms, unscaled",
+  { title: "Why it explodes", link: "mode=shadowless&term=1&scaled=no", act: "▶ Play, unscaled",
     text: "Where one bounce sends on more than it got, the radius is above 1: terms grow until all is white.",
-    run: (app) => play(app, explosion(app), 500) },
-];
+    run: (app) => play(app, explosion(app), 500) }, ];
 
 const sum = (n) => ({ kind: "sum", n });
 const all = (app) => ({ kind: "all", n: app.scene.terms });
@@ -35,7 +34,8 @@ export function bounces(app) {
 function explosion(app) {
   const most = Math.min(3, Math.max(1, 1.8 / radiusBounds(app.scene.radii, 1).lower));
   const terms = range(1, app.scene.terms, app.scene.terms).map((n) => ({ view: { kind: "term", n }, scaled: false }));
-  return [...range(0.6, most, 6).map((rho) => ({ alpha: 1, tau: 1, rho, view: { kind: "term", n: 1 }, scaled: false })), ...terms];
+  const walls = range(0.6, most, 6).map((rho) => ({ alpha: 1, tau: 1, rho, ...terms[0] }));
+  return [...walls, ...terms];
 }
 
 // Shows one state after the other, until somebody touches anything.
@@ -63,11 +63,12 @@ export function openCard(app, number, link = CARDS[number - 1]?.link) {
   element.hidden = number === 0;
   if (number === 0) return app.change({});
   const { title, text, act } = CARDS[number - 1];
-  element.innerHTML = `<header><h2>${number} of ${CARDS.length}: ${title}</h2>
-    <button type="button" data-card="0" aria-label="Close the story">✕</button></header><p>${text}</p>
-    <p class="buttons"><button type="button" data-card="act" class="act">${act}</button>
-    <button type="button" data-card="${number - 1}" ${number === 1 ? "disabled" : ""} aria-label="Card before">‹</button>
-    <button type="button" data-card="${number % CARDS.length + 1}" aria-label="Next card">›</button></p>`;
+  const button = (card, sign, name) => `<button type="button" data-card="${card}" aria-label="${name}"
+    ${card > CARDS.length || (card === 0 && sign === "‹") ? "disabled" : ""}>${sign}</button>`;
+  element.innerHTML = `<header><span class="note">${number} of ${CARDS.length}</span><span>
+    ${button(number - 1, "‹", "Card before")} ${button(number + 1, "›", "Next card")}
+    ${button(0, "✕", "Close the story")}</span></header><h2>${title}</h2><p>${text}</p>
+    <p class="buttons"><button type="button" data-card="act" class="act">${act}</button></p>`;
   if (link !== null) app.change(stateOfLink(app.scene, link).state);
 }
 

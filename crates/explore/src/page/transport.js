@@ -5,8 +5,7 @@ export const MODES = {
   global: { alpha: 1, tau: 0, meaning: "Global: shadows and interreflection, as in a real room." },
   shadowless: { alpha: 1, tau: 1, meaning: "Shadowless: light interreflects, but nothing casts a shadow." },
   "one-bounce": { alpha: 0, tau: 0, meaning: "One-bounce: shadows, but light is reflected only once." },
-  local: { alpha: 0, tau: 1, meaning: "Local: no shadows, one reflection, as OpenGL shades." },
-};
+  local: { alpha: 0, tau: 1, meaning: "Local: no shadows, one reflection, as OpenGL shades." }, };
 
 // The mode at (alpha, tau), or null between the modes.
 export function modeOf(alpha, tau) {
@@ -79,8 +78,7 @@ export function radiusBounds(radii, tau) {
   return { lower: Math.max(...lower), upper };
 }
 
-// Whether the series converges at (alpha, tau) where K is `radius` times as large, with the bounds that say so; they are
-// proved where that factor is exact.
+// Whether the series converges where K is `radius` times as large, with bounds, proved where that factor is exact.
 export function verdictAt(radii, alpha, tau, { radius, isExact }) {
   const bounds = radiusBounds(radii, tau);
   const [lower, upper] = [alpha * radius * bounds.lower, alpha * radius * bounds.upper];
@@ -138,16 +136,16 @@ function coefficientsOfGrowth(scene, powers, alphas) {
   return powers.map((_, n) => scene.lamps.map(() => (n === scene.terms ? [...a] : [0, 0, 0])));
 }
 
-// Stops by which terms without E are exposed for themselves: until they are about as bright as KE, in whole stops.
+// Whole stops that make terms without E about as bright as all terms together.
 function stopsOfTerms(powers, included, { view, scaled }) {
   if (!scaled || included[0] || view.kind === "all" || view.kind === "sum") return 0;
   const shown = powers.reduce((sum, power, n) => sum + (included[n] ? total(power) : 0), 0);
-  return shown > 0 ? Math.max(-20, Math.min(20, Math.round(Math.log2(total(powers[1]) / shown)))) : 0;
+  const reflected = powers.slice(1).reduce((sum, power) => sum + total(power), 0);
+  return shown > 0 ? Math.max(-20, Math.min(20, Math.round(Math.log2(reflected / shown)))) : 0;
 }
 
 // All that a state means: coefficients [n][l][c] of the terms, those of the dominant eigenvector (with the gains),
-// which terms are in the picture, powers, and the verdict. `blend` is the interpolation at the state's tau, `change` what
-// other reflectances make of the light.
+// which terms are in the picture, powers, and the verdict; `blend` is of tau, `change` of reflectance.
 export function mixture(scene, blend, state, gains, change) {
   const { alpha, tau, view } = state;
   const alphas = change.scale.map((s) => alpha * s);
@@ -161,7 +159,8 @@ export function mixture(scene, blend, state, gains, change) {
   const dominant = isWhole ? addRest(scene, blend.weights, alphas, gains, coefficients) : [0, 0, 0];
   const included = powers.map((_, n) => (hasPicture ? isIncluded(view, n) : n === scene.terms));
   const stops = stopsOfTerms(powers, included, state);
-  return { verdict, powers, hasPicture, isWhole, coefficients, dominant, included, alphas, stops };
+  const { radius } = change;
+  return { verdict, powers, hasPicture, isWhole, coefficients, dominant, included, alphas, stops, radius };
 }
 
 // The coefficients of the light that travels to what is shown: F turns it into the light that arrives.

@@ -8,7 +8,6 @@ export const superscript = (n) => String(n).replace(/[-0-9]/g, (c) => (c === "-"
 
 // The name of term n: E, KE, K²E, …
 export const termName = (n) => n === 0 ? "E" : n === 1 ? "KE" : `K${superscript(n)}E`;
-
 const COLOURS = ["#ffc861", "#ff8a5c", "#f0609e", "#b77bff", "#6f95ff", "#3fb8e6", "#2fc79b", "#8fcb4b", "#d3c53f"];
 
 // The colour that a term has in the equation, the bars and around its picture.
@@ -29,7 +28,6 @@ export function percentText(share) {
 
 // Linear light as an sRGB code in 0..1, and back.
 export const encodedSrgb = (v) => v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055;
-
 export const decodedSrgb = (code) => code <= 0.04045 ? code / 12.92 : ((code + 0.055) / 1.055) ** 2.4;
 
 // The colour of light, as bright as can be, as #rrggbb.
@@ -55,5 +53,5 @@ export function verdictText({ kind, lower, upper, isExact }) {
   const bounds = boundsText(lower, upper);
   if (kind === "converges") return `<strong>Converges:</strong> ${bounds}, below 1${proved}.`;
   if (kind === "diverges") return `<strong>Diverges:</strong> ${bounds}, not below 1${proved}.`;
-  return `<strong>Undecided:</strong> ${bounds}, 1 lies between the bounds${isExact ? "" : ", estimated on few patches"}.`;
+  return `<strong>Undecided:</strong> ${bounds}, 1 lies between${proved}.`;
 }
