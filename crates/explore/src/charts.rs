@@ -131,7 +131,9 @@ impl Charts {
         for (face, owner) in (0..).zip(&owners[..solid]) {
             match owner {
                 Owner::Grid(grid) => of_grids[*grid as usize].push(face),
-                Owner::Patch(patch) if *patch != NONE && !is_in_plane[face as usize] => of_patches[*patch as usize].push(face),
+                Owner::Patch(patch) if *patch != NONE && !is_in_plane[face as usize] => {
+                    of_patches[*patch as usize].push(face)
+                }
                 Owner::Patch(_) => {}
             }
         }
@@ -362,7 +364,12 @@ impl Charts {
         places
     }
 
-    fn places_of_grid(&self, number: usize, (scene, patches): (&Scene, &Patches), places: &mut [Vec<(SurfacePoint, u32)>]) {
+    fn places_of_grid(
+        &self,
+        number: usize,
+        (scene, patches): (&Scene, &Patches),
+        places: &mut [Vec<(SurfacePoint, u32)>],
+    ) {
         let (s, chart, side) = (self.fine, &self.list[number], self.side(number));
         let texel = chart.per_cell.map(|axis| axis.length().recip()).into_iter().fold(0.0, f32::max) / s as f32;
         let faces = &self.list[self.front(number)].faces;

@@ -400,7 +400,10 @@ impl Contents<'_> {
         let own = self.solved.areas.iter().enumerate();
         own.for_each(|(part, area)| areas[self.parts.whole(part as u32) as usize] += *area as f32);
         arrays.floats("patchArea", &areas);
-        arrays.floats("patchRho", &self.solved.rho[..patches.len()].iter().flat_map(|rho| rho.to_array()).collect::<Vec<_>>());
+        arrays.floats(
+            "patchRho",
+            &self.solved.rho[..patches.len()].iter().flat_map(|rho| rho.to_array()).collect::<Vec<_>>(),
+        );
         arrays.shorts("patchMaterial", &patches.materials().iter().map(|&m| m as u16).collect::<Vec<_>>());
         let face = |i: usize| patches.pieces(i).next().map_or(0, |piece| piece.0);
         let object = |i: usize| scene.faces[face(i) as usize].object as u16;

@@ -139,7 +139,10 @@ fn planes(scene: &Scene, patch: u32, seen: &[&SeenError], fine: usize) -> Vec<(P
             None => groups.push((vec![face], error, texel)),
         }
     }
-    groups.into_iter().filter_map(|(faces, error, texel)| Some((plane(scene, patch, faces, texel, fine)?, error))).collect()
+    groups
+        .into_iter()
+        .filter_map(|(faces, error, texel)| Some((plane(scene, patch, faces, texel, fine)?, error)))
+        .collect()
 }
 
 /// The longest edge of a triangle.

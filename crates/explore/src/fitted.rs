@@ -136,7 +136,6 @@ impl Fitting<'_> {
             let reached = Reached::new(&self.cut.geometry, &charts, self.patches, self.seed);
             let tried = self.attempt((charts, reached), rendered);
             let (larger, more) = (bytes(&tried)?, tried.charts.cells.len() as f64 - best.charts.cells.len() as f64);
-            eprintln!("attempt: {:?} -> {:?}, {size} -> {larger} bytes, {} cells", best.rms, tried.rms, tried.charts.cells.len());
             of_cell = ((larger as f64 - size as f64) / more.max(1.0)).max(1.0);
             if larger > limits.bytes {
                 continue;

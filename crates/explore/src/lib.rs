@@ -124,7 +124,6 @@ pub fn page(scene: &Scene, effort: &PageEffort, words: &Words, watch: &dyn Watch
         let (charts, reached) = first();
         let light = fitted.reflected_once(scene, charts.texels());
         parts = cut.with_patches(reached.divided(patches, &light));
-        eprintln!("divided: {:?} {} -> {}", fitted.rms, patches.len(), parts.patches.len());
         solved = terms::solve(&parts, effort, watch)?;
         let fitting = Fitting { cut: &parts, patches, solved: &solved, seed: effort.seed, watch };
         fitted = fitting.attempt((charts, reached), rendered.as_ref());

@@ -105,11 +105,7 @@ pub struct TermsEffort {
 }
 
 /// Solves the terms of a scene whose emitters are kept apart by the solver.
-pub(super) fn solve(
-    p: &Discretization,
-    effort: &TermsEffort,
-    watch: &dyn Watch,
-) -> Result<Solved, Unfit> {
+pub(super) fn solve(p: &Discretization, effort: &TermsEffort, watch: &dyn Watch) -> Result<Solved, Unfit> {
     let (taus, checks) = (nodes(effort.taus), between(effort.taus));
     let transports = |taus: &[f64]| -> Vec<Transport> {
         taus.iter().map(|&tau| Transport { alpha: 1.0, tau: tau as f32 }).collect()
@@ -144,7 +140,8 @@ pub(super) fn solve(
         kept.radii.push((*tau, explore(&mode.operator, 1).radius));
     }
     kept.radii.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut solved = Solved { lamps, lamp_of, nodes: found, kept, errors: Vec::new(), areas, rho, alpha, rays, seed: effort.seed };
+    let mut solved =
+        Solved { lamps, lamp_of, nodes: found, kept, errors: Vec::new(), areas, rho, alpha, rays, seed: effort.seed };
     for (mode, tau) in between.iter().zip(&checks) {
         solved.errors.push(solved.error_at(mode, *tau));
     }
@@ -340,8 +337,7 @@ impl Solved {
             }
             found.into_iter().map(|light| light.as_vec3().max(Rgb::ZERO)).collect::<Vec<Rgb>>()
         };
-        let all: Vec<Vec<Rgb>> =
-            (0..places.len()).into_par_iter().map_init(Scratch::default, texel).collect();
+        let all: Vec<Vec<Rgb>> = (0..places.len()).into_par_iter().map_init(Scratch::default, texel).collect();
         (0..lamps).map(|lamp| all.iter().map(|own| own[lamp]).collect()).collect()
     }
 

@@ -66,7 +66,7 @@ async function start() {
   const plan = startView(app, arrays);
   startButtons(app, () => plan.open());
   tellProblems(app.readLink(link));
-  window.addEventListener("hashchange", () => tellProblems(app.readLink(location.hash)));
+  window.addEventListener("hashchange", ({ newURL }) => tellProblems(app.readLink(new URL(newURL).hash)));
   app.frame();
   app.view?.gl.finish();
   const test = testOf(link);
