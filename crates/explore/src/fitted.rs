@@ -11,7 +11,7 @@
 
 use glam::DVec3;
 
-use crate::cell_rows::CellRows;
+use crate::cell_rows::{CellRows, SentOnce};
 use crate::charts::Charts;
 use crate::drawn::{SeenError, View};
 use crate::finer::Finer;
@@ -96,7 +96,15 @@ impl Fitting<'_> {
         let taus: Vec<Vec<f32>> = solved.kept.taus.iter().map(|&tau| of_materials(scene, tau)).collect();
         let direct = solved.direct(&reached.places, watch);
         watch.begin("small faces", 1);
-        let rows = CellRows::new((&cut.geometry.rays, &cut.patches), &charts, &reached, &taus, seed);
+        let sent_once = |q: usize, lamp: usize, texel: usize, part: usize| {
+            let node = &solved.nodes[q];
+            if reached.counts[texel] == 0 {
+                return solved.alpha[part] * node.terms[lamp][0][part];
+            }
+            solved.alpha[part] * solved.rho[part] * (direct[q][lamp][texel] + node.glow[lamp][part])
+        };
+        let once = (&sent_once as SentOnce, solved.lamps.len());
+        let rows = CellRows::new((&cut.geometry.rays, &cut.patches), &charts, &reached, &taus, once, seed);
         let layers = Layers::new((solved, direct), &charts, &rows, &reached);
         let state = State { alpha: 1.0, tau: 0.0, shown: Shown::All, gains: solved.gains(), rho: 1.0, stops: 0.0 };
         let view = self.view(&charts, COMPARED, POINTS);

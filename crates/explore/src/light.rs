@@ -53,14 +53,16 @@ impl Layers {
         };
         let mut layers = Layers { reflected: Vec::new(), dominant: Vec::new(), direct: Vec::new() };
         for ((q, node), direct) in nodes.iter().enumerate().zip(direct) {
-            let of_terms = |terms: &Vec<Vec<Rgb>>| {
+            let of_terms = |(lamp, terms): (usize, &Vec<Vec<Rgb>>)| {
                 let pairs = terms.iter().zip(terms.iter().skip(1));
                 let term = |(before, own): (&Vec<Rgb>, &Vec<Rgb>)| {
                     cells_of(q, &|i| received(own[i], rho[i]), &|i| alpha[i] * before[i])
                 };
-                pairs.map(term).collect()
+                let mut layers: Vec<Vec<Rgb>> = pairs.map(term).collect();
+                layers.first_mut().into_iter().for_each(|twice| rows.receive_once(q, lamp, twice));
+                layers
             };
-            layers.reflected.push(node.terms.iter().map(of_terms).collect());
+            layers.reflected.push(node.terms.iter().enumerate().map(of_terms).collect());
             let (v, lambda) = (&node.dominant, kept.lambda[q].as_vec3());
             layers.dominant.push(cells_of(q, &|i| received(v[i], rho[i]), &|i| alpha[i] * received(v[i], lambda)));
             let texels = |(direct, (glow, glowing)): (Vec<Rgb>, (&Vec<Rgb>, &Vec<Rgb>))| {

@@ -21,7 +21,7 @@ export function startControls(app) {
   startTheme(app);
   const { rms } = app.scene.errors;
   element("doubt").hidden = !(rms > DOUBTFUL);
-  element("doubt").innerHTML = `<strong>▲ ${percentText(rms ?? 0)} off:</strong> so far from a rendered picture (rms).`;
+  element("doubt").innerHTML = `<strong>▲ ${percentText(rms ?? 0)} off</strong> <span class="spare">a rendered picture (rms)</span>`;
   startLamps(app);
   const showSquare = squareMap(element("square"), app.scene.radii, (part) => app.change(part));
   let shown = null;
