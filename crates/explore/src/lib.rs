@@ -12,12 +12,13 @@
 //!
 //! The files in the order of light: `charts` says where on surfaces light is kept, `reached` what of them is seen,
 //! `terms` solves `KⁿE` by lamp and tau, `cell_rows` has what small faces receive, `light` brings all of it to
-//! the charts, `sums` says what each layer counts. `fitted` compares the page's picture with a rendered one and has
-//! `finer` choose where cells are smaller, until it is near enough or the page is large. `drawn` draws a picture of it here, the oracle of the page's own
-//! test (`states`). `rows` are those of F between coarse patches; `numbers` and `document` write everything
-//! down, and `parts` puts it together with the page's own code, plain HTML, CSS, ES modules and shaders in `page/`.
+//! the charts, `sums` says what each layer counts. `drawn` draws a picture of it here, the oracle of the page's own
+//! test (`states`). `fitted` compares it with a rendered one and has `refining` choose where cells are smaller
+//! (`finer`), until both are near or the page is large. `rows` are those of F between coarse patches; `numbers` and
+//! `document` write everything down, and `parts` puts it together with the page's own code, plain HTML, CSS, ES modules
+//! and shaders in `page/`.
 //!
-//! Worth: docs/explore.md. Not handled: highlights; patches divided by light.
+//! Worth: docs/explore.md. Not handled: highlights; errors anywhere but by the file's camera.
 
 mod cell_rows;
 mod charts;
@@ -29,6 +30,7 @@ mod light;
 mod numbers;
 mod parts;
 mod reached;
+mod refining;
 mod rows;
 mod states;
 mod sums;
