@@ -115,10 +115,9 @@ pub fn run(own: &Explore, common: &Common, console: &Console) -> Result<(), CliE
     let (seconds, bytes) = (start.elapsed().as_secs_f64(), html.len());
     if let Some(rms) = rms.filter(|rms| *rms > DOUBTFUL) {
         console.warn(format!(
-            "the page's picture is {:.0} % off a rendered one by the file's camera, and says so: cells as small as it \
-             needs do not fit in {} MB; --patches and --megabytes, the larger the nearer",
-            100.0 * rms,
-            own.megabytes
+            "the page's picture is {:.0} % off a rendered one by the file's camera, and says so: larger --patches and \
+             --megabytes, and a smaller --tolerance, bring it nearer",
+            100.0 * rms
         ));
     }
     let apart = rms.map_or_else(String::new, |rms| format!(", its picture {:.1} % from a rendered one", 100.0 * rms));
