@@ -460,7 +460,7 @@ def encode_png(picture: Incomplete, stops: SupportsFloat | SupportsIndex) -> byt
     The bytes of a PNG file.
     """
 
-def explore(scene: Scene, file: str | PathLike[str], words: tuple[str, str], effort: Incomplete, asked: Incomplete) -> tuple[list[int], float, float | None]:
+def explore(scene: Scene, file: str | PathLike[str], words: tuple[str, str, bool], effort: Incomplete, asked: Incomplete) -> tuple[list[int], float, float | None]:
     """
     Writes a page with a title and an attribution.
     """

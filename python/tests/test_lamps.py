@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -146,13 +147,29 @@ def test_pages_are_those_of_the_program(tmp_path: Path, box: hl.Scene, program: 
     assert page.file == str(tmp_path / "b.html") and 0 < page.tau_error < 1 and page.rms is not None and page.rms < 0.5
 
 
+def test_a_notebook_shows_a_page(box: hl.Scene) -> None:
+    page = hl.explore(box, story=True, patches=50, rays=16, terms=2, taus=2)
+    shown = page._repr_html_()
+    assert page.file is None and len(page.html.encode()) == page.bytes and '"story":true' in page.html
+    assert shown.startswith("<iframe srcdoc=") and html.unescape(shown.split('"')[1]) == page.html
+
+
 def test_a_page_says_what_it_needs(tmp_path: Path, box: hl.Scene) -> None:
     small = {"patches": 50, "rays": 16, "terms": 2, "taus": 2}
     with pytest.raises(OSError, match="folder that is there"):
         hl.explore(box, tmp_path / "nowhere" / "a.html", **small)
     with pytest.raises(OSError, match="cannot be written"):
         hl.explore(box, tmp_path, **small)
-    for name, wrong in [("patches", 10**6), ("rays", 0), ("terms", 1), ("taus", 18), ("title", 3), ("seed", -1)]:
+    for name, wrong in [
+        ("patches", 10**6),
+        ("rays", 0),
+        ("terms", 1),
+        ("taus", 18),
+        ("title", 3),
+        ("seed", -1),
+        ("tolerance", 2),
+        ("megabytes", 0),
+    ]:
         with pytest.raises((TypeError, ValueError), match=name):
             hl.explore(box, tmp_path / "a.html", **{**small, name: wrong})
     with pytest.raises(hl.SceneError, match="emits"):

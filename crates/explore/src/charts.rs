@@ -6,10 +6,14 @@
 //! plane: every face has a texel of its own, and the faces of a cell what they receive together
 //! ([`crate::cell_rows`]).
 //!
+//! Where the page's picture needs it ([`crate::finer`]), cells are smaller than patches, and faces of clusters have
+//! charts in their plane; those cells too have what they receive from their own points.
+//!
 //! The back of a two-sided surface is a chart of its own. Not handled: which light there is.
 
 use glam::{Vec2, Vec3};
 
+use crate::finer::{Finer, Plane};
 use halflight::light::Rgb;
 use halflight::patches::Owner;
 use halflight::patches::Patches;
@@ -29,8 +33,22 @@ const NEAR: f32 = 1.5;
 /// How far points on an edge are moved towards the middle of their triangle.
 const INWARD: f32 = 1e-3;
 
+/// What a chart is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Source {
+    /// A grid of patches, by number.
+    Grid(usize),
+    /// Small faces that share a patch, without a place in a plane.
+    Cluster(u32),
+    /// Some of those that lie in one plane, by number.
+    Plane(usize),
+}
+
 /// A piece of surface, seen from one side.
 pub(super) struct Chart {
+    pub source: Source,
+    /// Cells to a side of a patch.
+    pub finer: usize,
     pub columns: usize,
     pub rows: usize,
     /// A point x lies at `(p (x - o), q (x - o))` in cells; `[p, q]` are 0 for a cluster of small faces.
@@ -48,7 +66,12 @@ pub(super) struct Chart {
 impl Chart {
     /// Whether it is a grid, and not a cluster of small faces.
     pub fn is_grid(&self) -> bool {
-        self.per_cell != [Vec3::ZERO; 2]
+        !matches!(self.source, Source::Cluster(_))
+    }
+
+    /// Whether its cells have rows of F of their own.
+    fn is_gathered(&self) -> bool {
+        self.finer > 1 || !matches!(self.source, Source::Grid(_))
     }
 
     /// Where a point lies, in cells.
@@ -90,7 +113,7 @@ impl Charts {
     pub const POINTS: usize = 8;
 
     /// The charts of patches that are not divided by light.
-    pub fn new(scene: &Scene, patches: &Patches, fine: usize) -> Charts {
+    pub fn new(scene: &Scene, patches: &Patches, fine: usize, finer: &Finer) -> Charts {
         let (owners, grids) = patches.layout();
         let solid = scene.solid_faces() as usize;
         let mut charts = Charts {
@@ -103,20 +126,28 @@ impl Charts {
         };
         let mut of_grids: Vec<Vec<u32>> = vec![Vec::new(); grids.len()];
         let mut of_patches: Vec<Vec<u32>> = vec![Vec::new(); patches.len()];
+        let mut is_in_plane = vec![false; scene.faces.len()];
+        finer.planes.iter().flat_map(|plane| &plane.faces).for_each(|&face| is_in_plane[face as usize] = true);
         for (face, owner) in (0..).zip(&owners[..solid]) {
             match owner {
                 Owner::Grid(grid) => of_grids[*grid as usize].push(face),
-                Owner::Patch(patch) if *patch != NONE => of_patches[*patch as usize].push(face),
+                Owner::Patch(patch) if *patch != NONE && !is_in_plane[face as usize] => {
+                    of_patches[*patch as usize].push(face)
+                }
                 Owner::Patch(_) => {}
             }
         }
-        for (grid, faces) in grids.iter().zip(of_grids) {
+        for (number, (grid, faces)) in grids.iter().zip(of_grids).enumerate() {
+            let finer = finer.grids.get(&number).copied().unwrap_or(1);
             let material = patches.materials()[grid.cells[0].patches()[0] as usize];
-            let [columns, rows] = [grid.columns, grid.rows];
-            let (origin, per_cell, first) = (grid.origin, grid.per_cell, charts.cells.len());
-            charts.enter(Chart { columns, rows, origin, per_cell, material, faces, front: None, first });
-            charts.add_cells(grid.cells.iter().map(|cell| weighted(cell.patches().to_vec(), patches)));
+            let [columns, rows] = [grid.columns, grid.rows].map(|count| finer * count);
+            let per_cell = grid.per_cell.map(|axis| finer as f32 * axis);
+            let (source, origin, first) = (Source::Grid(number), grid.origin, charts.cells.len());
+            charts.enter(Chart { source, finer, columns, rows, origin, per_cell, material, faces, front: None, first });
+            let of = |k: usize| &grid.cells[k / columns / finer * grid.columns + k % columns / finer];
+            charts.add_cells((0..columns * rows).map(|k| weighted(of(k).patches().to_vec(), patches)));
         }
+        finer.planes.iter().enumerate().for_each(|plane| charts.enter_plane(plane, patches));
         let share = (MOST_SLOTS as f64 / of_patches.iter().map(Vec::len).sum::<usize>().max(1) as f64).min(1.0);
         for (patch, faces) in of_patches.into_iter().enumerate().filter(|(_, faces)| !faces.is_empty()) {
             let slots = (share * faces.len() as f64).ceil() as usize;
@@ -142,6 +173,17 @@ impl Charts {
         }
     }
 
+    /// Adds the chart of small faces in a plane.
+    fn enter_plane(&mut self, (number, plane): (usize, &Plane), patches: &Patches) {
+        let Plane { patch, origin, columns, rows, .. } = *plane;
+        let counts = [columns, rows].map(|count| count as f32);
+        let per_cell = [0, 1].map(|k| counts[k] * plane.sides[k] / plane.sides[k].length_squared());
+        let (material, faces) = (patches.materials()[patch as usize], plane.faces.clone());
+        let (source, finer, first) = (Source::Plane(number), 1, self.cells.len());
+        self.enter(Chart { source, finer, columns, rows, origin, per_cell, material, faces, front: None, first });
+        self.add_cells((0..columns * rows).map(|_| vec![(patch, 1.0)]));
+    }
+
     /// Adds the chart of small faces that share a patch and about so many texels: next to one another in space, as many
     /// texels to a cell as it has.
     fn enter_cluster(&mut self, scene: &Scene, patches: &Patches, (patch, slots): (u32, usize), mut faces: Vec<u32>) {
@@ -153,8 +195,9 @@ impl Charts {
             self.slots[face as usize] = self.texel_of_slot(columns, k * slots / faces.len()) as u16;
         }
         let material = patches.materials()[patch as usize];
-        let (origin, per_cell, first) = (Vec3::ZERO, [Vec3::ZERO; 2], self.cells.len());
-        self.enter(Chart { columns, rows: 1, origin, per_cell, material, faces, front: None, first });
+        let (source, origin, per_cell) = (Source::Cluster(patch), Vec3::ZERO, [Vec3::ZERO; 2]);
+        let (finer, first) = (1, self.cells.len());
+        self.enter(Chart { source, finer, columns, rows: 1, origin, per_cell, material, faces, front: None, first });
         self.add_cells((0..columns).map(|_| vec![(patch, 1.0)]));
     }
 
@@ -164,10 +207,20 @@ impl Charts {
         within / s * s * columns + s * cell + within % s
     }
 
-    /// The cells of all clusters.
-    pub fn cells_of_clusters(&self) -> impl Iterator<Item = usize> {
-        let clusters = self.list.iter().filter(|chart| !chart.is_grid());
-        clusters.flat_map(|chart| chart.first..chart.first + chart.cells())
+    /// The cells that have rows of F of their own.
+    pub fn gathered_cells(&self) -> impl Iterator<Item = usize> {
+        let gathered = self.list.iter().filter(|chart| chart.is_gathered());
+        gathered.flat_map(|chart| chart.first..chart.first + chart.cells())
+    }
+
+    /// The chart of a side of a face; none of a black back.
+    pub fn of(&self, face: u32, side: Side) -> Option<usize> {
+        self.of_face[face as usize][usize::from(side == Side::Back)]
+    }
+
+    /// The front of a chart: itself unless it is a back.
+    pub fn front(&self, chart: usize) -> usize {
+        self.list[chart].front.unwrap_or(chart)
     }
 
     /// The texels of a cell.
@@ -182,7 +235,7 @@ impl Charts {
     /// Adds the backs of two-sided surfaces.
     fn enter_backs(&mut self, patches: &Patches) {
         for front in 0..self.list.len() {
-            let Chart { columns, rows, origin, per_cell, material, first, .. } = self.list[front];
+            let Chart { source, finer, columns, rows, origin, per_cell, material, first, .. } = self.list[front];
             let behind = |k: usize| -> Vec<u32> {
                 self.cells[first + k].iter().filter_map(|(patch, _)| patches.behind(*patch)).collect()
             };
@@ -191,7 +244,7 @@ impl Charts {
                 continue;
             }
             let (faces, front, first) = (Vec::new(), Some(front), self.cells.len());
-            self.enter(Chart { columns, rows, origin, per_cell, material, faces, front, first });
+            self.enter(Chart { source, finer, columns, rows, origin, per_cell, material, faces, front, first });
             self.add_cells(own.into_iter().map(|own| weighted(own, patches)));
         }
     }
@@ -259,7 +312,7 @@ impl Charts {
 
     /// What a point of a face reads: cells, and texels; none on the black back of a one-sided face.
     pub fn taps(&self, face: u32, side: Side, x: Vec3) -> Option<[Taps; 2]> {
-        let number = self.of_face[face as usize][usize::from(side == Side::Back)]?;
+        let number = self.of(face, side)?;
         let chart = &self.list[number];
         let texels = chart.first * self.fine * self.fine;
         if !chart.is_grid() {
@@ -277,7 +330,7 @@ impl Charts {
 
     /// The texel that a point of a face lies in; none on the black back of a one-sided face.
     pub fn texel(&self, face: u32, side: Side, x: Vec3) -> Option<usize> {
-        let number = self.of_face[face as usize][usize::from(side == Side::Back)]?;
+        let number = self.of(face, side)?;
         let (chart, s) = (&self.list[number], self.fine);
         let first = chart.first * s * s;
         if !chart.is_grid() {
@@ -297,13 +350,13 @@ impl Charts {
 
     /// The points of each texel from which direct light is measured, with their patches; none where there is no
     /// surface.
-    pub fn places(&self, patches: &Patches) -> Vec<Vec<(SurfacePoint, u32)>> {
+    pub fn places(&self, scene: &Scene, patches: &Patches) -> Vec<Vec<(SurfacePoint, u32)>> {
         let mut places = vec![Vec::new(); self.texels()];
         for number in 0..self.list.len() {
             let chart = &self.list[number];
             let own = &mut places[chart.first * self.fine * self.fine..][..chart.cells() * self.fine * self.fine];
             if chart.is_grid() {
-                self.places_of_grid(chart, patches, own);
+                self.places_of_grid(number, (scene, patches), own);
             } else {
                 self.places_of_faces(number, patches, own);
             }
@@ -311,15 +364,25 @@ impl Charts {
         places
     }
 
-    fn places_of_grid(&self, chart: &Chart, patches: &Patches, places: &mut [Vec<(SurfacePoint, u32)>]) {
-        let s = self.fine;
+    fn places_of_grid(
+        &self,
+        number: usize,
+        (scene, patches): (&Scene, &Patches),
+        places: &mut [Vec<(SurfacePoint, u32)>],
+    ) {
+        let (s, chart, side) = (self.fine, &self.list[number], self.side(number));
         let texel = chart.per_cell.map(|axis| axis.length().recip()).into_iter().fold(0.0, f32::max) / s as f32;
+        let faces = &self.list[self.front(number)].faces;
         for cell in 0..chart.cells() {
-            let own: Vec<u32> = self.cells[chart.first + cell].iter().map(|(patch, _)| *patch).collect();
+            let own: Vec<Piece> = match chart.source {
+                Source::Grid(_) => pieces(patches, &self.cells[chart.first + cell]).collect(),
+                _ => faces.iter().map(|&face| (self.patches[chart.first], face, scene.corners(face))).collect(),
+            };
             for k in 0..s * s {
                 let (column, row) = (cell % chart.columns * s + k % s, cell / chart.columns * s + k / s);
                 let middle = Vec2::new(column as f32 + 0.5, row as f32 + 0.5) / s as f32;
-                let found = nearest(patches, &own, chart.point(middle)).filter(|(_, apart)| *apart <= NEAR * texel);
+                let found = nearest((patches, side), &own, chart.point(middle));
+                let found = found.filter(|(_, apart)| *apart <= NEAR * texel);
                 places[row * s * chart.columns + column].extend(found.map(|(place, _)| place));
             }
         }
@@ -328,7 +391,8 @@ impl Charts {
     fn places_of_faces(&self, number: usize, patches: &Patches, places: &mut [Vec<(SurfacePoint, u32)>]) {
         let (chart, side) = (&self.list[number], self.side(number));
         let patch = self.patches[chart.first];
-        for (face, corners) in patches.pieces(patch as usize) {
+        let is_own = |face: u32| self.of(face, side) == Some(number);
+        for (face, corners) in patches.pieces(patch as usize).filter(|piece| is_own(piece.0)) {
             let own = &mut places[usize::from(self.slots[face as usize])];
             if own.len() < Charts::POINTS {
                 let position = corners.into_iter().sum::<Vec3>() / 3.0;
@@ -393,18 +457,24 @@ fn around(k: usize, [columns, rows]: [usize; 2]) -> impl Iterator<Item = usize> 
     down.flat_map(move |y| across.clone().map(move |x| y * columns + x)).filter(move |&j| j != k)
 }
 
-/// The point of some patches nearest to x, and how far away it is.
-fn nearest(patches: &Patches, own: &[u32], x: Vec3) -> Option<((SurfacePoint, u32), f32)> {
-    let pieces = own.iter().flat_map(|&patch| patches.pieces(patch as usize).map(move |piece| (patch, piece)));
-    let one = |(patch, (face, corners)): (u32, (u32, [Vec3; 3]))| {
+/// A triangle of a patch: of which, of which face, and its corners.
+type Piece = (u32, u32, [Vec3; 3]);
+
+/// The triangles of some patches.
+fn pieces(patches: &Patches, own: &[(u32, f32)]) -> impl Iterator<Item = Piece> {
+    own.iter().flat_map(|&(patch, _)| patches.pieces(patch as usize).map(move |(face, corners)| (patch, face, corners)))
+}
+
+/// The point of some triangles nearest to x, and how far away it is.
+fn nearest((patches, side): (&Patches, Side), own: &[Piece], x: Vec3) -> Option<((SurfacePoint, u32), f32)> {
+    let one = |&(patch, face, corners): &Piece| {
         let position = nearest_of_triangle(corners, x);
         let apart = position.distance(x);
         let middle = corners.into_iter().sum::<Vec3>() / 3.0;
         let position = position.lerp(middle, INWARD);
-        let normal = patches.normal(face, patches.side(patch as usize));
-        ((SurfacePoint { position, normal, face }, patch), apart)
+        ((SurfacePoint { position, normal: patches.normal(face, side), face }, patch), apart)
     };
-    pieces.map(one).min_by(|a, b| a.1.total_cmp(&b.1))
+    own.iter().map(one).min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// The point of a triangle nearest to a point of its plane: that point, or the nearest of its edges.

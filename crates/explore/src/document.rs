@@ -36,6 +36,8 @@ pub struct Words {
     pub title: String,
     /// Who made the scene, and its licence.
     pub attribution: String,
+    /// Whether the page opens with its story alone, controls come after it.
+    pub story: bool,
 }
 
 /// A page's JSON; its parts are not nested there.
@@ -61,6 +63,7 @@ struct Heading<'a> {
     title: &'a str,
     attribution: &'a str,
     scene: &'a str,
+    story: bool,
     version: &'static str,
 }
 
@@ -206,6 +209,8 @@ pub(super) struct Contents<'a> {
     pub words: &'a Words,
     pub geometry: &'a Geometry,
     pub patches: &'a Patches,
+    /// What they are divided into.
+    pub parts: &'a Patches,
     pub charts: &'a Charts,
     pub solved: &'a Solved,
     pub layers: &'a Layers,
@@ -237,7 +242,7 @@ impl Contents<'_> {
             series: self.series(),
             errors: ErrorsEntry { tau: &self.solved.errors, rms: self.rms },
             effort: EffortEntry {
-                patches: self.patches.len(),
+                patches: self.parts.len(),
                 rays: self.solved.rays,
                 triangles: self.geometry.scene.solid_faces(),
             },
@@ -251,8 +256,9 @@ impl Contents<'_> {
     }
 
     fn heading(&self) -> Heading<'_> {
-        let Words { title, attribution } = self.words;
-        Heading { title, attribution, scene: &self.geometry.scene.name, version: env!("CARGO_PKG_VERSION") }
+        let Words { title, attribution, story } = self.words;
+        let (scene, version) = (&*self.geometry.scene.name, env!("CARGO_PKG_VERSION"));
+        Heading { title, attribution, scene, story: *story, version }
     }
 
     fn space(&self) -> Space {
@@ -390,8 +396,14 @@ impl Contents<'_> {
         arrays.words("chartTriangles", &charts.iter().map(|c| c.faces.len() as u32).collect::<Vec<_>>());
         arrays.words("chartFront", &charts.iter().map(|c| c.front.map_or(NONE, |f| f as u32)).collect::<Vec<_>>());
         arrays.words("cellPatch", &self.charts.patches);
-        arrays.floats("patchArea", &self.solved.areas.iter().map(|a| *a as f32).collect::<Vec<_>>());
-        arrays.floats("patchRho", &self.solved.rho.iter().flat_map(|rho| rho.to_array()).collect::<Vec<_>>());
+        let mut areas = vec![0.0_f32; patches.len()];
+        let own = self.solved.areas.iter().enumerate();
+        own.for_each(|(part, area)| areas[self.parts.whole(part as u32) as usize] += *area as f32);
+        arrays.floats("patchArea", &areas);
+        arrays.floats(
+            "patchRho",
+            &self.solved.rho[..patches.len()].iter().flat_map(|rho| rho.to_array()).collect::<Vec<_>>(),
+        );
         arrays.shorts("patchMaterial", &patches.materials().iter().map(|&m| m as u16).collect::<Vec<_>>());
         let face = |i: usize| patches.pieces(i).next().map_or(0, |piece| piece.0);
         let object = |i: usize| scene.faces[face(i) as usize].object as u16;

@@ -23,6 +23,21 @@ struct Seen {
     /// Emission, and the lamp it belongs to.
     emission: (DVec3, usize),
     taps: Option<[Taps; 2]>,
+    face: u32,
+    /// The chart there.
+    chart: Option<usize>,
+    /// How long a pixel is there.
+    length: f32,
+}
+
+/// What a part of a pixel is off by.
+pub(super) struct SeenError {
+    /// Squared, as a share of the squares of the picture.
+    pub error: f64,
+    pub face: u32,
+    pub chart: usize,
+    /// How long a pixel is there.
+    pub length: f32,
 }
 
 /// What all pixels of a view see.
@@ -62,6 +77,7 @@ impl View {
                     nearest = nearest.min(hit.t * ray.direction.dot(scene.camera.forward));
                 }
                 let taps = if scene.is_sky(hit.face) { None } else { charts.taps(hit.face, hit.side, at) };
+                let length = hit.t * scene.camera.vertical_fov.to_radians() / height as f32;
                 let is_lit = scene.is_sky(hit.face) || taps.is_some();
                 let emission = if is_lit { scene.emitted_at(hit.face, at).visible.as_dvec3() } else { DVec3::ZERO };
                 seen.push(Seen {
@@ -70,6 +86,9 @@ impl View {
                     rho: scene.rho_at(hit.face, at).as_dvec3(),
                     emission: (emission, lamp_of(hit.face)),
                     taps,
+                    face: hit.face,
+                    chart: if scene.is_sky(hit.face) { None } else { charts.of(hit.face, hit.side) },
+                    length,
                 });
             }
         }
@@ -89,12 +108,25 @@ impl View {
         mask
     }
 
+    /// What each part of the pixels is off by that count in a mask, where a picture of this view is and a better one.
+    pub fn errors(&self, [own, better]: [&Picture; 2], mask: &Picture) -> Vec<SeenError> {
+        let counted = |k: usize| f64::from(mask.pixels[k].x);
+        let square = |v: Vec3| v.as_dvec3().length_squared();
+        let all: f64 = (0..mask.pixels.len()).map(|k| counted(k) * square(better.pixels[k])).sum();
+        let one = |seen: &Seen| {
+            let off = counted(seen.pixel) * square(own.pixels[seen.pixel] - better.pixels[seen.pixel]);
+            let error = if all > 0.0 { seen.share * off / all } else { 0.0 };
+            Some(SeenError { error, face: seen.face, chart: seen.chart?, length: seen.length })
+        };
+        self.seen.iter().filter_map(one).collect()
+    }
+
     /// Linear radiance of a mixture.
     pub fn picture(&self, layers: &Layers, mixture: &Mixture) -> Picture {
         let one = |seen: &Seen| {
             let (emission, lamp) = seen.emission;
             let lit = seen.taps.as_ref().map_or(DVec3::ZERO, |taps| layers.incident(taps, mixture));
-            seen.share * (mixture.emission[lamp] * emission + seen.rho * lit)
+            seen.share * (mixture.emission[lamp] * emission + mixture.rho * seen.rho * lit)
         };
         let each: Vec<DVec3> = self.seen.par_iter().map(one).collect();
         let mut pixels = vec![DVec3::ZERO; self.size.width * self.size.height];

@@ -9,6 +9,7 @@ use glam::DVec3;
 
 use crate::cell_rows::CellRows;
 use crate::charts::{Charts, Taps};
+use crate::reached::Reached;
 use crate::sums::Mixture;
 use crate::terms::{Solved, received};
 use halflight::light::Rgb;
@@ -24,14 +25,20 @@ pub(super) struct Layers {
 }
 
 impl Layers {
-    /// Brings solved light to the cells and texels of charts; `reached` counts paths that came to each texel.
-    pub fn new(solved: &mut Solved, charts: &Charts, rows: &CellRows, reached: &[u32]) -> Layers {
+    /// Brings solved light to the cells and texels of charts; `direct` is irradiance over pi in the texels, by node and
+    /// lamp, and `reached` counts paths that came to each.
+    pub fn new(
+        (solved, direct): (&Solved, Vec<Vec<Vec<Rgb>>>),
+        charts: &Charts,
+        rows: &CellRows,
+        reached: &Reached,
+    ) -> Layers {
         let is_lit = lit(solved);
-        let cells: Vec<Vec<(u32, f32)>> = charts.cells.iter().map(|own| weights(own, &is_lit)).collect();
+        let cells: Vec<Vec<(u32, f32)>> = parts(charts, reached).iter().map(|own| weights(own, &is_lit)).collect();
         let of_cells: Vec<bool> =
             cells.iter().map(|own| own.iter().any(|(patch, _)| is_lit[*patch as usize])).collect();
-        let direct = &solved.nodes[0].direct;
-        let of_texel = |t: usize| reached[t] > 0 || direct.iter().any(|lamp| lamp[t] != Rgb::ZERO);
+        let reached = &reached.counts;
+        let of_texel = |t: usize| reached[t] > 0 || direct[0].iter().any(|lamp| lamp[t] != Rgb::ZERO);
         let of_texels: Vec<bool> = (0..reached.len()).map(of_texel).collect();
         let fill_cells = charts.fills(1, &of_cells, 1);
         let fill_texels = charts.fills(charts.fine, &of_texels, charts.fine);
@@ -45,26 +52,28 @@ impl Layers {
             values
         };
         let mut layers = Layers { reflected: Vec::new(), dominant: Vec::new(), direct: Vec::new() };
-        for (q, node) in nodes.iter_mut().enumerate() {
-            let of_terms = |terms: &Vec<Vec<Rgb>>| {
+        for ((q, node), direct) in nodes.iter().enumerate().zip(direct) {
+            let of_terms = |(lamp, terms): (usize, &Vec<Vec<Rgb>>)| {
                 let pairs = terms.iter().zip(terms.iter().skip(1));
                 let term = |(before, own): (&Vec<Rgb>, &Vec<Rgb>)| {
                     cells_of(q, &|i| received(own[i], rho[i]), &|i| alpha[i] * before[i])
                 };
-                pairs.map(term).collect()
+                let mut layers: Vec<Vec<Rgb>> = pairs.map(term).collect();
+                layers.first_mut().into_iter().for_each(|twice| rows.receive_once(q, lamp, twice));
+                layers
             };
-            layers.reflected.push(node.terms.iter().map(of_terms).collect());
+            layers.reflected.push(node.terms.iter().enumerate().map(of_terms).collect());
             let (v, lambda) = (&node.dominant, kept.lambda[q].as_vec3());
             layers.dominant.push(cells_of(q, &|i| received(v[i], rho[i]), &|i| alpha[i] * received(v[i], lambda)));
-            let texels = |(direct, (glow, glowing)): (&mut Vec<Rgb>, (&Vec<Rgb>, &Vec<Rgb>))| {
-                let mut texels = filled(std::mem::take(direct), &fill_texels);
+            let texels = |(direct, (glow, glowing)): (Vec<Rgb>, (&Vec<Rgb>, &Vec<Rgb>))| {
+                let mut texels = filled(direct, &fill_texels);
                 if glow.iter().any(|light| *light != Rgb::ZERO) {
                     charts.add_to_texels(&cells_of(q, &|i| glow[i], &|i| glowing[i]), &mut texels);
                 }
                 texels
             };
             let glows = node.glow.iter().zip(&node.glowing);
-            layers.direct.push(node.direct.iter_mut().zip(glows).map(texels).collect());
+            layers.direct.push(direct.into_iter().zip(glows).map(texels).collect());
         }
         layers
     }
@@ -102,6 +111,20 @@ fn lit(solved: &Solved) -> Vec<bool> {
     let terms = || solved.nodes[0].terms.iter().flatten();
     let reflects = |i: usize| solved.rho[i].max_element() > 0.0;
     (0..solved.areas.len()).map(|i| !reflects(i) || terms().any(|term| term[i].max_element() > 0.0)).collect()
+}
+
+/// The patches of each cell, or what parts of them the points of its texels lie in, with weights that add up to 1.
+fn parts(charts: &Charts, reached: &Reached) -> Vec<Vec<(u32, f32)>> {
+    let of_cell = |(cell, own): (usize, &Vec<(u32, f32)>)| {
+        let any = charts.texels_of(cell).any(|texel| reached.counts[texel] > 0);
+        let texels = charts.texels_of(cell).filter(|&texel| !any || reached.counts[texel] > 0);
+        let points: Vec<u32> = texels.flat_map(|texel| &reached.places[texel]).map(|place| place.1).collect();
+        let share = 1.0 / points.len() as f32;
+        // Patches that are not divided have their shares by area.
+        let is_whole = points.iter().all(|part| own.iter().any(|(patch, _)| patch == part));
+        if is_whole { own.clone() } else { points.into_iter().map(|part| (part, share)).collect() }
+    };
+    charts.cells.iter().enumerate().map(of_cell).collect()
 }
 
 /// The patches of a cell that are lit, with weights that add up to 1; all of them where none is.

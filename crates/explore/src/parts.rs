@@ -19,7 +19,7 @@ const SHADERS: [(&str, &str); 5] = [
 ];
 
 /// The modules, each after those that it uses.
-const MODULES: [&str; 19] = [
+const MODULES: [&str; 21] = [
     include_str!("page/words.js"),
     include_str!("page/numbers.js"),
     include_str!("page/transport.js"),
@@ -36,6 +36,8 @@ const MODULES: [&str; 19] = [
     include_str!("page/patch.js"),
     include_str!("page/plan.js"),
     include_str!("page/walk.js"),
+    include_str!("page/reflectance.js"),
+    include_str!("page/story.js"),
     include_str!("page/app.js"),
     include_str!("page/check.js"),
     include_str!("page/main.js"),

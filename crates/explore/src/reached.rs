@@ -23,6 +23,10 @@ use halflight::surfaces::{Geometry, SurfacePoint};
 const POINTS: usize = 16;
 /// Rays of a path at most.
 const LONGEST: usize = 24;
+/// Samples of a patch that light divides, at least twelve of a part; and one patch of so many is divided, so that there
+/// are about twice as many parts as patches.
+const DIVIDED: usize = 12 * 10;
+const PARTS: usize = 8;
 /// Paths that one thread follows in one go.
 const BATCH: usize = 256;
 
@@ -35,12 +39,14 @@ pub(super) struct Reached {
     pub places: Vec<Vec<Place>>,
     /// How often paths came to each texel.
     pub counts: Vec<u32>,
+    /// Where, in the order of the paths.
+    found: Vec<(usize, Place)>,
 }
 
 impl Reached {
     /// Follows paths from the camera.
     pub fn new(geometry: &Geometry, charts: &Charts, patches: &Patches, seed: u32) -> Reached {
-        let mut places = charts.places(patches);
+        let mut places = charts.places(&geometry.scene, patches);
         let batches = (POINTS * places.len()).div_ceil(LONGEST * BATCH);
         let paths = Paths { geometry, charts, patches };
         let of_batch = |k: usize| {
@@ -49,9 +55,9 @@ impl Reached {
             (0..BATCH).for_each(|_| paths.follow(&mut random, &mut found));
             found
         };
-        let found: Vec<Vec<(usize, Place)>> = (0..batches).into_par_iter().map(of_batch).collect();
+        let found: Vec<(usize, Place)> = (0..batches).into_par_iter().flat_map_iter(of_batch).collect();
         let mut counts = vec![0; places.len()];
-        for (texel, place) in found.into_iter().flatten() {
+        for &(texel, place) in &found {
             if !charts.is_of_grid(texel) {
                 let own = &mut places[texel];
                 if counts[texel] == 0 {
@@ -63,7 +69,7 @@ impl Reached {
             }
             counts[texel] += 1;
         }
-        Reached { places, counts }
+        Reached { places, counts, found }
     }
 
     /// What is left of it on some texels.
@@ -71,17 +77,49 @@ impl Reached {
         Reached {
             places: texels.iter().map(|&t| std::mem::take(&mut self.places[t])).collect(),
             counts: texels.iter().map(|&t| self.counts[t]).collect(),
+            found: Vec::new(),
         }
+    }
+
+    /// Patches that stand for their reached texels, divided where the light that leaves those differs most: by what it
+    /// varies in a patch, times how often paths come there.
+    pub fn divided(&self, patches: &Patches, light: &[DVec3]) -> Patches {
+        let mut samples: Vec<Vec<Sample>> = vec![Vec::new(); patches.len()];
+        for &(texel, (point, patch)) in &self.found {
+            let own = &mut samples[patch as usize];
+            if own.len() < DIVIDED {
+                own.push(Sample { point, light: light[texel] });
+            }
+        }
+        let mut sums = vec![(0.0, DVec3::ZERO, 0.0); patches.len()];
+        for &(texel, (_, patch)) in &self.found {
+            let (count, sum, squares) = &mut sums[patch as usize];
+            (*count, *sum, *squares) = (*count + 1.0, *sum + light[texel], *squares + light[texel].length_squared());
+        }
+        let varies = |&(count, sum, squares): &(f64, DVec3, f64)| {
+            if count > 0.0 { squares - sum.length_squared() / count } else { 0.0 }
+        };
+        let mut order: Vec<usize> = (0..patches.len()).collect();
+        order.sort_by(|&a, &b| varies(&sums[b]).total_cmp(&varies(&sums[a])));
+        let whole = self.samples(patches);
+        for &patch in &order[(patches.len() / PARTS).max(1).min(order.len())..] {
+            samples[patch] = whole[patch].clone();
+        }
+        patches.divided(samples)
     }
 
     /// Patches that stand for their reached texels.
     pub fn patches(&self, patches: &Patches) -> Patches {
+        patches.divided(self.samples(patches))
+    }
+
+    fn samples(&self, patches: &Patches) -> Vec<Vec<Sample>> {
         let mut samples: Vec<Vec<Sample>> = vec![Vec::new(); patches.len()];
         for (own, _) in self.places.iter().zip(&self.counts).filter(|(_, count)| **count > 0) {
             own.iter()
                 .for_each(|(point, patch)| samples[*patch as usize].push(Sample { point: *point, light: DVec3::ZERO }));
         }
-        patches.divided(samples)
+        samples
     }
 }
 

@@ -32,7 +32,7 @@ fn states(solved: &Solved) -> Vec<Linked> {
     let base = |mode: Mode| {
         let transport = mode.transport();
         let (alpha, tau) = (transport.alpha.into(), transport.tau.into());
-        State { alpha, tau, shown: Shown::All, gains: solved.gains(), stops: 0.0 }
+        State { alpha, tau, shown: Shown::All, gains: solved.gains(), rho: 1.0, stops: 0.0 }
     };
     let global = || base(Mode::Global);
     let last = solved.kept.terms();
@@ -61,6 +61,11 @@ fn states(solved: &Solved) -> Vec<Linked> {
         format!("mode=shadowless&term={n}&stops=-2"),
         State { shown: Shown::Term(n), stops: -2.0, ..base(Mode::Shadowless) },
     );
+    for rho in [0.4, 1.1, 2.5] {
+        add(format!("mode=global&rho={rho}"), State { rho, ..global() });
+    }
+    let (rho, tau) = (0.7, 0.4);
+    add(format!("mode=global&tau={tau}&rho={rho}"), State { rho, tau, ..global() });
     for stops in [-1.5, 1.0] {
         add(format!("mode=global&stops={stops}"), State { stops, ..global() });
     }

@@ -1,9 +1,9 @@
 //! The sums that the page shows: what each kept term counts in a picture, for any alpha, tau, bounce and lamps.
 //!
 //! ```text
-//! L_vis = g E + sum over lamps, n, nodes q of  w I,   w = g a_n l_q(tau) s_n(tau) / S_qn
+//! L_vis = g E + r rho sum over lamps, n, nodes q of  w I,   w = g a_n l_q(tau) s_n(tau) / S_qn
 //!
-//! a_n   alpha^(n-1): exact, as alpha scales what is passed on
+//! a_n   (alpha r)^(n-1): exact, as alpha scales what is passed on, and r all reflectances
 //! l_q   Lagrange's weights of the nodes, Chebyshev's extreme points 0 .. 1: both ends, and so all four modes
 //! s_n   the power of the term at tau: interpolated by its logarithm, as terms grow geometrically with tau;
 //!       what is interpolated linearly is a term's shape, its light over its power
@@ -43,6 +43,8 @@ pub(super) struct State {
     pub shown: Shown,
     /// Factor on the light of each lamp.
     pub gains: Vec<DVec3>,
+    /// Factor on the reflectance of all surfaces: K is so many times as large.
+    pub rho: f64,
     pub stops: f64,
 }
 
@@ -79,6 +81,8 @@ pub(super) struct Mixture {
     pub weights: Vec<Vec<Vec<DVec3>>>,
     /// Of the dominant eigenvector of each node.
     pub dominant: Vec<DVec3>,
+    /// Factor on reflectances.
+    pub rho: f64,
 }
 
 /// The nodes, so many.
@@ -160,6 +164,8 @@ impl Kept {
 
     /// What each layer counts in a state.
     pub fn mixture(&self, state: &State) -> Mixture {
+        // What arrives is that of an alpha so many times as large.
+        let state = &State { alpha: state.rho * state.alpha, ..state.clone() };
         let weights = self.lagrange(state.tau);
         let last = self.terms();
         let radius = self.radius(state.alpha, state.tau);
@@ -199,6 +205,7 @@ impl Kept {
             emission: state.gains.iter().map(|gain| emission * *gain).collect(),
             weights: (0..self.taus.len()).map(|q| (0..self.lamps()).map(|l| of_lamp(q, l)).collect()).collect(),
             dominant: weights.iter().map(|l| *l * of_dominant).collect(),
+            rho: state.rho,
         }
     }
 
@@ -253,7 +260,7 @@ mod tests {
     }
 
     fn state(alpha: f64, tau: f64, shown: Shown) -> State {
-        State { alpha, tau, shown, gains: vec![DVec3::ONE], stops: 0.0 }
+        State { alpha, tau, shown, gains: vec![DVec3::ONE], rho: 1.0, stops: 0.0 }
     }
 
     /// With two eigenvalues the rest is two geometric series, and the sum is exact.
@@ -272,6 +279,18 @@ mod tests {
                 assert!((sum - exact).abs() < 1e-9 * exact, "{alpha}: {sum} {exact}");
             }
         }
+    }
+
+    /// Twice the reflectance is twice K: with two eigenvalues the sum is known.
+    #[test]
+    fn other_reflectances_are_another_k() {
+        let kept = kept(&[0.0, 1.0], |_| [0.4, 0.3], 4);
+        let mixture = kept.mixture(&State { rho: 2.0, ..state(1.0, 0.0, Shown::All) });
+        let own = &mixture.weights[0][0];
+        let series: f64 = own.iter().zip(0..).map(|(w, n)| w.x * 0.4_f64.powi(n)).sum();
+        let exact = 2.0 / (1.0 - 2.0 * 0.4);
+        assert!((mixture.rho * (series + mixture.dominant[0].x) - exact).abs() < 1e-9 * exact);
+        assert!(kept.mixture(&State { rho: 3.0, ..state(1.0, 0.0, Shown::All) }).emission == [DVec3::ZERO]);
     }
 
     #[test]

@@ -10,13 +10,14 @@
 //! ([`crate::sums`]).
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use glam::{DVec3, Vec2};
 use rayon::prelude::*;
 
 use crate::reached::Place;
 use crate::sums::{Kept, Mixture, Rest, Shown, State, between, nodes};
-use halflight::direct::{LightSum, Scratch};
+use halflight::direct::{LightSum, Lights, Scratch};
 use halflight::light::{Light, Rgb, Transport};
 use halflight::operator::{EmitterLight, LinearOperator, Source};
 use halflight::pictures::unlike;
@@ -54,12 +55,12 @@ pub(super) struct Node {
     pub terms: Vec<Vec<Vec<Rgb>>>,
     /// v, the dominant eigenvector of K on what light reaches: the visible half of each patch, of power pi.
     pub dominant: Vec<Rgb>,
-    /// Irradiance over pi of every lamp's light as emitted, in each texel, and of what glows in each patch.
-    pub direct: Vec<Vec<Rgb>>,
-    /// See `direct`.
+    /// Irradiance over pi of what glows of every lamp, in each patch.
     pub glow: Vec<Vec<Rgb>>,
     /// Emission of every lamp that is no luminaire's, by patch.
     pub glowing: Vec<Vec<Rgb>>,
+    /// What lights the patches.
+    lights: Arc<Lights>,
 }
 
 /// How far what is shown at a tau between nodes is from what is solved there.
@@ -85,6 +86,7 @@ pub(super) struct Solved {
     /// Alpha of the materials themselves.
     pub alpha: Vec<f32>,
     pub rays: u64,
+    seed: u32,
 }
 
 /// How finely the terms are solved.
@@ -103,12 +105,7 @@ pub struct TermsEffort {
 }
 
 /// Solves the terms of a scene whose emitters are kept apart by the solver.
-pub(super) fn solve(
-    p: &Discretization,
-    places: &[Vec<Place>],
-    effort: &TermsEffort,
-    watch: &dyn Watch,
-) -> Result<Solved, Unfit> {
+pub(super) fn solve(p: &Discretization, effort: &TermsEffort, watch: &dyn Watch) -> Result<Solved, Unfit> {
     let (taus, checks) = (nodes(effort.taus), between(effort.taus));
     let transports = |taus: &[f64]| -> Vec<Transport> {
         taus.iter().map(|&tau| Transport { alpha: 1.0, tau: tau as f32 }).collect()
@@ -130,10 +127,9 @@ pub(super) fn solve(
         terms.iter_mut().for_each(|own| own.truncate(effort.terms));
         kept.powers.push(powers(mode, &sources, &terms));
         kept.radii.push((*tau, explore(&mode.operator, 1).radius));
-        let direct = direct(mode, places, (&lamp_of, lamps.len()), watch);
         let glow = sources.iter().map(|source| glow(mode, source)).collect();
         let glowing = sources.iter().map(|source| glowing(mode, source)).collect();
-        found.push(Node { terms, dominant, direct, glow, glowing });
+        found.push(Node { terms, dominant, glow, glowing, lights: Arc::clone(&mode.lights) });
         watch.tick(1);
     }
     let (areas, rho) = (first.operator.areas().to_vec(), first.operator.reflectances().to_vec());
@@ -144,7 +140,8 @@ pub(super) fn solve(
         kept.radii.push((*tau, explore(&mode.operator, 1).radius));
     }
     kept.radii.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut solved = Solved { lamps, lamp_of, nodes: found, kept, errors: Vec::new(), areas, rho, alpha, rays };
+    let mut solved =
+        Solved { lamps, lamp_of, nodes: found, kept, errors: Vec::new(), areas, rho, alpha, rays, seed: effort.seed };
     for (mode, tau) in between.iter().zip(&checks) {
         solved.errors.push(solved.error_at(mode, *tau));
     }
@@ -176,8 +173,10 @@ fn lamps(mode: &Assembled) -> (Vec<Lamp>, Vec<usize>) {
 }
 
 /// Words that mean something else in a link.
-const RESERVED: [&str; 12] =
-    ["mode", "alpha", "tau", "bounce", "term", "stops", "at", "look", "fov", "test", "size", "linear"];
+const RESERVED: [&str; 16] = [
+    "mode", "alpha", "tau", "bounce", "term", "terms", "scaled", "rho", "story", "stops", "at", "look", "fov", "test",
+    "size", "linear",
+];
 
 /// A name as it stands in a link: small letters and digits, all else a dash.
 fn key(name: &str) -> String {
@@ -185,7 +184,7 @@ fn key(name: &str) -> String {
     let key = letters.split('-').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("-");
     match key.as_str() {
         "" => "lamp".to_owned(),
-        reserved if RESERVED.contains(&reserved) => format!("lamp-{key}"),
+        reserved if RESERVED.contains(&reserved) || reserved.starts_with("rho-") => format!("lamp-{key}"),
         _ => key,
     }
 }
@@ -302,42 +301,46 @@ fn glow(mode: &Assembled, source: &Source) -> Vec<Rgb> {
     reflected.iter().zip(k.reflectances()).map(|(l, rho)| received(l.visible, *rho)).collect()
 }
 
-/// Irradiance over pi of the light of each lamp's luminaires and punctual lights, in each texel.
-fn direct(
-    mode: &Assembled,
-    places: &[Vec<Place>],
-    (lamp_of, lamps): (&[usize], usize),
-    watch: &dyn Watch,
-) -> Vec<Vec<Rgb>> {
-    let lights = &mode.lights;
-    let sobol = Sobol::new(lights.points(RAYS) as usize, 2);
-    let seed = Purpose::Texels.seed(mode.sampling.seed);
-    let texel = |scratch: &mut Scratch, t: usize| {
-        let mut found = vec![DVec3::ZERO; lamps];
-        let own = &places[t];
-        let share = 1.0 / own.len().max(1) as f64;
-        for (point, patch) in own {
-            let mut sum = LightSum::default();
-            let draw = |choice: halflight::direct::Choice| {
-                let seed = hash(choice.tree, hash(t as u32, seed));
-                Vec2::from([0, 1].map(|d| sobol.point(choice.k, d, seed)))
-            };
-            lights.add(&mut sum, (point, lights.cuts(*patch), DVec3::splat(share)), RAYS, draw, scratch);
-            sum.by_emitter(|e, light| found[lamp_of[e]] += light);
-        }
-        found.into_iter().map(|light| light.as_vec3().max(Rgb::ZERO)).collect::<Vec<Rgb>>()
-    };
-    watch.begin("direct light", 1);
-    let all: Vec<Vec<Rgb>> = (0..places.len()).into_par_iter().map_init(Scratch::default, texel).collect();
-    (0..lamps).map(|lamp| all.iter().map(|own| own[lamp]).collect()).collect()
-}
-
 /// What a patch receives, irradiance over pi, for what it reflects; 0 in channels where it reflects nothing.
 pub(super) fn received(visible: Rgb, rho: Rgb) -> Rgb {
     Rgb::select(rho.cmpgt(Rgb::ZERO), visible / rho.max(Rgb::splat(f32::MIN_POSITIVE)), Rgb::ZERO)
 }
 
 impl Solved {
+    /// Irradiance over pi of the light of each lamp's luminaires and punctual lights in each texel, by node.
+    pub fn direct(&self, places: &[Vec<Place>], watch: &dyn Watch) -> Vec<Vec<Vec<Rgb>>> {
+        watch.begin("direct light", self.nodes.len() as u64);
+        let of_node = |node: &Node| {
+            let found = self.direct_at(&node.lights, places);
+            watch.tick(1);
+            found
+        };
+        self.nodes.iter().map(of_node).collect()
+    }
+
+    fn direct_at(&self, lights: &Lights, places: &[Vec<Place>]) -> Vec<Vec<Rgb>> {
+        let (lamp_of, lamps) = (&self.lamp_of, self.lamps.len());
+        let sobol = Sobol::new(lights.points(RAYS) as usize, 2);
+        let seed = Purpose::Texels.seed(self.seed);
+        let texel = |scratch: &mut Scratch, t: usize| {
+            let mut found = vec![DVec3::ZERO; lamps];
+            let own = &places[t];
+            let share = 1.0 / own.len().max(1) as f64;
+            for (point, patch) in own {
+                let mut sum = LightSum::default();
+                let draw = |choice: halflight::direct::Choice| {
+                    let seed = hash(choice.tree, hash(t as u32, seed));
+                    Vec2::from([0, 1].map(|d| sobol.point(choice.k, d, seed)))
+                };
+                lights.add(&mut sum, (point, lights.cuts(*patch), DVec3::splat(share)), RAYS, draw, scratch);
+                sum.by_emitter(|e, light| found[lamp_of[e]] += light);
+            }
+            found.into_iter().map(|light| light.as_vec3().max(Rgb::ZERO)).collect::<Vec<Rgb>>()
+        };
+        let all: Vec<Vec<Rgb>> = (0..places.len()).into_par_iter().map_init(Scratch::default, texel).collect();
+        (0..lamps).map(|lamp| all.iter().map(|own| own[lamp]).collect()).collect()
+    }
+
     /// All lamps as they are.
     pub fn gains(&self) -> Vec<DVec3> {
         vec![DVec3::ONE; self.lamps.len()]
@@ -365,7 +368,7 @@ impl Solved {
     fn error_at(&self, mode: &Assembled, tau: f64) -> TauError {
         let upper = self.kept.radius(1.0, tau).upper;
         let alpha = if upper < 1.0 { 1.0 } else { (SHORT_OF_ONE / upper * 1e3).floor() / 1e3 };
-        let state = State { alpha, tau, shown: Shown::All, gains: self.gains(), stops: 0.0 };
+        let state = State { alpha, tau, shown: Shown::All, gains: self.gains(), rho: 1.0, stops: 0.0 };
         let shown = self.reflected(&self.kept.mixture(&state));
         let exact = whole(mode, &together(&mode.sources(), &vec![0; self.lamp_of.len()], 1), alpha);
         let [mut apart, mut all] = [0.0; 2];

@@ -49,17 +49,33 @@ fn browser() -> Option<PathBuf> {
     browser
 }
 
-/// What a page finds when it tests itself, asked for by `link`.
-fn tested(browser: &Path, page: &Path, link: &str) -> Value {
+/// The document of a page as it stands when nothing moves any more.
+fn dom(browser: &Path, page: &Path, link: &str) -> String {
     let flags = ["--no-sandbox", "--headless", "--virtual-time-budget=5000", "--dump-dom"];
     let address = format!("file://{}#{link}", page.display());
     let profile = format!("--user-data-dir={}", page.with_extension("profile").display());
     let command = Command::new(browser).args(flags).args([&profile, &address]).output();
     let ran = command.expect("a browser that starts");
-    let document = String::from_utf8_lossy(&ran.stdout);
+    String::from_utf8_lossy(&ran.stdout).into_owned()
+}
+
+/// What a page finds when it tests itself, asked for by `link`.
+fn tested(browser: &Path, page: &Path, link: &str) -> Value {
+    let document = dom(browser, page, link);
     let found = document.split_once("<pre id=\"test\">").and_then(|(_, rest)| rest.split_once("</pre>"));
-    let (json, _) = found.unwrap_or_else(|| panic!("no test in the page: {}", String::from_utf8_lossy(&ran.stderr)));
+    let (json, _) = found.unwrap_or_else(|| panic!("no test in the page: {} bytes", document.len()));
     serde_json::from_str(&json.replace("&amp;", "&")).expect("JSON")
+}
+
+/// The linear picture of a page.
+fn linear(browser: &Path, page: &Path, link: &str, (width, height): (usize, usize)) -> Picture {
+    let found = tested(browser, page, &format!("test=linear&size={width}x{height}&{link}"));
+    let bytes = STANDARD.decode(found["pixels"].as_str().expect("pixels")).expect("base64");
+    let pixels = bytes.as_chunks::<12>().0.iter().map(|pixel| {
+        let channel = |c: usize| f32::from_le_bytes(std::array::from_fn(|k| pixel[4 * c + k]));
+        Rgb::new(channel(0), channel(1), channel(2))
+    });
+    Picture { width, height, pixels: pixels.collect() }
 }
 
 fn mean(state: &Value, field: &str) -> [f64; 3] {
@@ -147,13 +163,7 @@ fn pages_show_what_is_rendered() {
         let place = place(&[]);
         let page = page(&place, scene, "--patches 4000 --rays 512");
         // Three by three points of every pixel, as the page's picture has one of each.
-        let found = tested(&browser, &page, &format!("test=linear&size={}x{}&mode={mode}", 3 * size.0, 3 * size.1));
-        let bytes = STANDARD.decode(found["pixels"].as_str().expect("pixels")).expect("base64");
-        let pixels = bytes.as_chunks::<12>().0.iter().map(|pixel| {
-            let channel = |c: usize| f32::from_le_bytes(std::array::from_fn(|k| pixel[4 * c + k]));
-            Rgb::new(channel(0), channel(1), channel(2))
-        });
-        let shown = Picture { width: 3 * size.0, height: 3 * size.1, pixels: pixels.collect() }.averaged(3);
+        let shown = linear(&browser, &page, &format!("mode={mode}"), (3 * size.0, 3 * size.1)).averaged(3);
         let solver = Solver::new(&Scene::open(scene).expect("a scene"));
         let rendered = solver.render(mode, size).tolerance(0.02).expect("a picture").picture;
         // Luminaires and their edges are far brighter than all else.
@@ -166,6 +176,62 @@ fn pages_show_what_is_rendered() {
         // The target: 5 %, of which render may have 2.
         assert!(apart < 0.05, "{scene} {mode}: {apart}");
     }
+}
+
+/// Where a picture is off, cells become finer; where that does not do, page and program say how far off it is.
+#[test]
+fn pages_come_nearer_or_say_how_far_they_are_off() {
+    let place = place(&[]);
+    let rms = |more: &str| {
+        let coarse = "explore gallery --patches 100 --rays 128 --terms 3 --taus 2 -o page.html";
+        report(&place, &format!("{coarse} {more}"))["rms"].as_f64().expect("a number")
+    };
+    let (as_it_is, nearer) = (rms("--tolerance 1"), rms("--tolerance 0.05"));
+    assert!(nearer < 0.9 * as_it_is, "{nearer} {as_it_is}");
+    let far = "explore gallery --patches 20 --rays 32 --terms 2 --taus 2 --tolerance 1 -o page.html";
+    let ran = halflight(&place, far);
+    assert!(ran.err.contains("off a rendered one"), "{}", ran.err);
+    let Some(browser) = browser() else { return };
+    let is_doubtful =
+        |link: &str| !dom(&browser, &place.path().join("page.html"), link).contains("role=\"note\" hidden");
+    assert!(is_doubtful("mode=global"));
+    succeed(&place, "explore cornell-box --patches 400 --rays 128 --terms 2 --taus 2 -o page.html");
+    assert!(!is_doubtful("mode=global"));
+}
+
+/// A reflectance that is changed in the page against the same in the file: all surfaces exactly, one material by light
+/// between few coarse patches.
+#[test]
+fn reflectances_in_a_page_are_those_of_a_file() {
+    let Some(browser) = browser() else { return };
+    let [obj, mtl] = ["meshes/cornell-box.obj", "meshes/cornell-box.mtl"].map(|file| fs::read_to_string(data(file)));
+    let (obj, mtl) = (obj.expect("an OBJ"), mtl.expect("an MTL"));
+    let toml = fs::read_to_string(data("meshes/cornell-box.toml")).expect("a scene");
+    let picture = |mtl: &str, link: &str| {
+        let place = place(&[("cornell-box.obj", &obj), ("cornell-box.mtl", mtl), ("box.toml", &toml)]);
+        succeed(&place, "explore box.toml --patches 800 --rays 512 --taus 2 --tolerance 1 -o page.html");
+        linear(&browser, &place.path().join("page.html"), link, (96, 72))
+    };
+    let white = mtl.replace("Kd 0.73 0.73 0.73", "Kd 0.365 0.365 0.365");
+    let half =
+        white.replace("Kd 0.63 0.065 0.05", "Kd 0.315 0.0325 0.025").replace("0.14 0.45 0.091", "0.07 0.225 0.0455");
+    assert!(half != white && white != mtl);
+    for (changed, link, within) in [(&half, "rho=0.5", 2e-3), (&white, "rho-white=0.5", 0.02)] {
+        let (theirs, ours, before) = (picture(changed, ""), picture(&mtl, link), picture(&mtl, ""));
+        let apart = |picture: &Picture| relative_rms(picture, &theirs, None, None).expect("pictures of one size");
+        // The luminaire, far brighter than all else, is in both.
+        assert!(apart(&ours) < within * 10.0 * apart(&before), "{link}: {} {}", apart(&ours), apart(&before));
+    }
+}
+
+#[test]
+fn a_story_is_told_alone_where_it_is_asked_for() {
+    let place = place(&[]);
+    succeed(&place, "explore cornell-box --patches 200 --rays 64 --terms 2 --taus 2 --story -o page.html");
+    assert!(fs::read_to_string(place.path().join("page.html")).expect("a page").contains("\"story\":true"));
+    let Some(browser) = browser() else { return };
+    let told = dom(&browser, &place.path().join("page.html"), "story=2");
+    assert!(told.contains("<body class=\"told\">") && told.contains("2 of 5"));
 }
 
 #[test]

@@ -127,7 +127,7 @@ async function copiesLinks(page) {
 async function usesTheKeyboardAlone() {
   const page = await opened({ reducedMotion: "reduce" });
   const reached = new Set();
-  for (let k = 0; k < 40; k++) {
+  for (let k = 0; k < 60; k++) {
     await page.keyboard.press("Tab");
     const [id, outline] = await page.evaluate(() => {
       const element = document.activeElement;
@@ -140,7 +140,7 @@ async function usesTheKeyboardAlone() {
     }
     reached.add(id);
   }
-  for (const id of ["view", "alpha", "tau", "bounce", "stops", "home", "open-plan", "save", "copy"]) assert(reached.has(id), id);
+  for (const id of ["view", "alpha", "tau", "bounce", "rho", "stops", "play", "theme", "home", "open-plan", "save", "copy"]) assert(reached.has(id), id);
   await settle(page);
   await comesTo(() => valueOf(page, "alpha"), "0.99");
   await page.context().close();
@@ -168,21 +168,103 @@ async function isReadableWithoutWebgl() {
   await page.context().close();
 }
 
-async function fitsSmallWindows() {
-  for (const [width, height] of [[360, 640], [200, 200]]) {
-    const page = await opened({ viewport: { width, height }, hasTouch: true });
-    const wide = await page.evaluate(() => document.documentElement.scrollWidth);
-    assert(wide <= width, `${wide} wide in ${width}`);
-    const box = await page.locator("#view").boundingBox();
-    assert(box.width > 0.5 * width && box.height > 40);
-    await page.touchscreen.tap(box.x + box.width / 2, box.y + 0.8 * box.height);
-    await page.locator("#card").waitFor({ state: "visible" });
+// Terms in the equation and bars are buttons; bars that are dragged over are a sum.
+async function touchesTheEquation(page) {
+  await page.locator("#equation [data-n='2']").click();
+  await comesTo(() => valueOf(page, "term"), "2");
+  assert.match(await page.locator("#part").innerText(), /^K²E alone, × \d/);
+  const colourOf = (selector) => page.locator(selector).first().evaluate((e) => getComputedStyle(e).getPropertyValue("--term"));
+  const colours = await Promise.all(["#equation [data-n='2']", "#bars g.in", "#picture"].map(colourOf));
+  assert.equal(new Set(colours).size, 1, colours.join());
+  await page.locator("#equation [data-n='2']").click();
+  await comesTo(() => valueOf(page, "term"), null);
+  await page.locator("#bars").scrollIntoViewIfNeeded();
+  const bars = await page.locator("#bars g.in").evaluateAll((all) => all.map((e) => e.getBoundingClientRect().x + 5));
+  const { y } = await page.locator("#bars svg").boundingBox();
+  await page.mouse.move(bars[1], y + 60);
+  await page.mouse.down();
+  await page.mouse.move(bars[3], y + 60, { steps: 6 });
+  await page.mouse.up();
+  await comesTo(() => valueOf(page, "terms"), "1-3");
+  await page.locator("[name=mode][value=one-bounce]").check();
+  await settle(page);
+  assert.match(await page.locator("#equation .zero").first().innerText(), /= 0/);
+  await page.goto(`${address}#mode=global`);
+  await comesTo(() => page.locator("[name=mode]:checked").inputValue(), "global");
+  await settle(page);
+}
+
+const radiusOf = async (page) => Number(/radius ([\d.]+)/.exec(await verdictOf(page))[1]);
+
+// Half of the reflectance is half of the radius, proved; another material moves it too, estimated.
+async function changesReflectance(page) {
+  const before = await radiusOf(page);
+  await page.locator("#rho").fill("0.5");
+  await comesTo(() => valueOf(page, "rho"), "0.5");
+  assert(Math.abs((await radiusOf(page)) / before - 0.5) < 0.01);
+  await page.locator("#rho").fill("1");
+  const box = await page.locator("#view").boundingBox();
+  await page.mouse.click(box.x + box.width / 2, box.y + 0.8 * box.height);
+  await page.locator("#rho-own").fill("0");
+  await settle(page);
+  assert.match(await verdictOf(page), /estimated/);
+  assert((await radiusOf(page)) < before);
+  assert.match(await linkOf(page), /rho-[^=]+=0/);
+  await page.locator("#rho-own").fill("1");
+  await page.keyboard.press("Escape");
+}
+
+async function tellsTheStory() {
+  const page = await opened();
+  assert.match(await page.locator("#story").innerText(), /1 of 5/);
+  await page.locator("[data-card='2']").click();
+  await settle(page);
+  await comesTo(() => valueOf(page, "story"), "2");
+  await page.locator("[data-card='0']").click();
+  assert(await page.locator("#story").isHidden());
+  await page.context().close();
+  const last = await opened({}, "#story=5");
+  await last.locator(".act").click();
+  await comesTo(async () => await valueOf(last, "term"), "8");
+  assert.match(await verdictOf(last), /Diverges/);
+  await last.context().close();
+}
+
+// Dark and light as the browser asks for, and the other by the button.
+async function hasThemes() {
+  for (const colorScheme of ["light", "dark"]) {
+    const page = await opened({ colorScheme }, "#mode=global");
+    const sumOf = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor.match(/\d+/g).reduce((a, x) => a + +x, 0));
+    assert.equal((await sumOf()) > 380, colorScheme === "light");
+    await page.locator("#theme").click();
+    assert.equal((await sumOf()) > 380, colorScheme === "dark");
     await page.context().close();
   }
 }
 
-const page = await opened();
-for (const act of [dragsSliders, dimsLamps, asksForPatches, walks, copiesLinks]) await act(page);
-for (const act of [usesTheKeyboardAlone, readsBrokenLinks, isReadableWithoutWebgl, fitsSmallWindows]) await act();
+async function fitsSmallWindows() {
+  for (const [width, height] of [[390, 844], [640, 360], [360, 640], [200, 200]]) {
+    const page = await opened({ viewport: { width, height }, hasTouch: true }, "#story=3");
+    const wide = await page.evaluate(() => [document.documentElement, ...document.querySelectorAll("body *")]
+      .filter((e) => !e.closest("svg, .unseen, dialog")).reduce((most, e) => Math.max(most, e.getBoundingClientRect().right), 0));
+    assert(wide <= width + 0.5, `${wide} wide in ${width}`);
+    const box = await page.locator("#view").boundingBox();
+    assert(box.width > 0.5 * width && box.height > (height > 300 ? 0.33 * height : 40), `${box.width} by ${box.height}`);
+    if (height === 360) assert(box.height >= 0.5 * height);
+    await page.touchscreen.tap(box.x + box.width / 2, box.y + 0.6 * box.height);
+    await page.locator("#card").waitFor({ state: "visible" });
+    const card = await page.locator("#card").boundingBox();
+    assert(card.x >= box.x + box.width || card.y >= box.y + box.height || height === 200, "the card covers the picture");
+    await page.context().close();
+  }
+}
+
+const page = await opened({}, "#mode=global");
+for (const act of [dragsSliders, dimsLamps, touchesTheEquation, changesReflectance, asksForPatches, walks, copiesLinks]) {
+  await act(page);
+}
+for (const act of [usesTheKeyboardAlone, readsBrokenLinks, isReadableWithoutWebgl, tellsTheStory, hasThemes, fitsSmallWindows]) {
+  await act();
+}
 await browser.close();
 assert.deepEqual(faults, []);

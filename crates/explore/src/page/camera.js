@@ -43,12 +43,17 @@ export function perspective(scene, state, aspect) {
   return { ...basis, eye, tangents: [tangent * aspect, tangent], matrix };
 }
 
-// The horizontal directions of the plan: its up is where the file's camera looks, seen from above.
+// The horizontal directions of the plan, and their names: its up is the axis of the file nearest to where the file's
+// camera looks.
 export function planAxes(scene) {
   const level = (vector) => add(vector, scene.up, -dot(vector, scene.up));
   const ahead = level(scene.camera.forward);
-  const up = normalised(dot(ahead, ahead) > 1e-6 ? ahead : level(scene.camera.up));
-  return { up, right: cross(up, scene.up) };
+  const nearest = dot(ahead, ahead) > 1e-6 ? ahead : level(scene.camera.up);
+  const along = nearest.reduce((most, x, i) => (Math.abs(x) > Math.abs(nearest[most]) ? i : most), 0);
+  const up = [0, 1, 2].map((i) => (i === along ? Math.sign(nearest[i]) : 0));
+  const right = cross(up, scene.up);
+  const nameOf = (axis) => axis.map((x, i) => (Math.abs(x) > 0.5 ? (x < 0 ? "−" : "") + "xyz"[i] : "")).join("");
+  return { up, right, names: [nameOf(right), nameOf(up)] };
 }
 
 // A view from above on all that lies below the given height: parallel rays, `half` unit lengths from middle to edge.
@@ -58,8 +63,7 @@ export function planCamera(scene, height, centre, half, aspect) {
   const [sx, sy, depth] = aspect > 1 ? [1 / (half * aspect), 1 / half, 4] : [1 / half, aspect / half, 4];
   const rows = [
     [...right.map((x) => sx * x), -sx * centre[0]], [...up.map((x) => sy * x), -sy * centre[1]],
-    [...down.map((x) => (2 / depth) * x), (2 / depth) * height - 1], [0, 0, 0, 1],
-  ];
+    [...down.map((x) => (2 / depth) * x), (2 / depth) * height - 1], [0, 0, 0, 1], ];
   const matrix = [0, 1, 2, 3].flatMap((i) => rows.map((row) => row[i]));
   return { forward: down, right, up, eye: [0, 0, 0], tangents: [0, 0], matrix, culled: true, scales: [sx, sy] };
 }

@@ -95,8 +95,7 @@ export class Charts {
       table.set([
         ...frame.subarray(0, 3), this.columns[chart], ...frame.subarray(3, 6), this.rows[chart],
         ...frame.subarray(6, 9), arrays.chartMaterial[chart],
-        this.corners[2 * chart], this.corners[2 * chart + 1], this.backs[chart], this.firstCell[chart],
-      ], 16 * chart);
+        this.corners[2 * chart], this.corners[2 * chart + 1], this.backs[chart], this.firstCell[chart], ], 16 * chart);
     }
     return table;
   }

@@ -1,11 +1,12 @@
 // The panel and the header: every control shows the state and changes it.
 import { MODES } from "./transport.js";
 import { fileCamera } from "./state.js";
-import { decodedSrgb, encodedSrgb, escaped, percentText, termName, verdictText } from "./words.js";
-import { showBars } from "./bars.js";
+import { colourOfTerm, decodedSrgb, encodedSrgb, escaped, percentText, termName, verdictText } from "./words.js";
+import { showBars, toggleLogarithm, touchBars } from "./bars.js";
 import { squareMap } from "./square.js";
 
 const element = (id) => document.getElementById(id);
+const DOUBTFUL = 0.15;
 const outputOf = (input) => input.parentElement.querySelector("output");
 
 // Wires all controls of the panel and lets them follow the state.
@@ -14,24 +15,66 @@ export function startControls(app) {
   startSlider(app, "alpha", (x) => ({ alpha: x }), () => app.state.alpha.toFixed(2));
   startSlider(app, "tau", (x) => ({ tau: x }), () => app.state.tau.toFixed(2));
   startSlider(app, "stops", (x) => ({ stops: x }), () => stopsText(app.state.stops));
+  startSlider(app, "rho", (x) => ({ rho: x }), () => rhoText(app.state));
   startBounces(app);
+  startTouch(app);
+  startTheme(app);
+  const { rms } = app.scene.errors;
+  element("doubt").hidden = !(rms > DOUBTFUL);
+  element("doubt").innerHTML = `<strong>▲ ${percentText(rms ?? 0)} off</strong> <span class="spare">a rendered picture (rms)</span>`;
   startLamps(app);
   const showSquare = squareMap(element("square"), app.scene.radii, (part) => app.change(part));
   let shown = null;
   app.followers.push(() => {
     if (app.mixed === shown) return;
     shown = app.mixed;
-    showSquare(app.state, `${app.mode ?? "between the modes"}, ${app.mixed.verdict.kind}`);
+    showSquare(app.state, app.mixed.radius, `${app.mode ?? "between the modes"}, ${app.mixed.verdict.kind}`);
     showBars(element("bars"), app.mixed.powers, app.mixed.included, "Visible power of every term, W");
     showHeader(app);
     showVerdict(app);
+    showPart(app);
   });
   element("facts").innerHTML = facts(app.scene).map((fact) => `<p>${fact}</p>`).join("");
 }
 
-function stopsText(stops) {
-  return stops === 0 ? "0" : `${stops > 0 ? "+" : "−"}${Math.abs(stops).toFixed(1)}`;
+function rhoText({ rho, rhoOf }) {
+  const own = Object.values(rhoOf).filter((factor) => factor !== 1).length;
+  return `× ${rho.toFixed(2)}${own > 0 ? `, ${own} of their own` : ""}`;
 }
+
+// Terms in the equation and bars are buttons: one alone, or all of them again; bars that are dragged over are a sum.
+function startTouch(app) {
+  const { terms } = app.scene;
+  const choose = (from, n, isClick) => {
+    const { view } = app.state;
+    if (!isClick) return app.change({ view: from === 0 ? { kind: "sum", n } : { kind: "part", from, n } });
+    const isAgain = view.kind === "term" && view.n === n;
+    app.change({ view: isAgain ? { kind: "all", n: terms } : { kind: "term", n } });
+  };
+  element("equation").addEventListener("click", ({ target }) => {
+    const { n } = target.closest("button")?.dataset ?? {};
+    if (n) choose(Number(n), Number(n), true);
+    if (n) element("equation").querySelector(`[data-n="${n}"]`)?.focus();
+  });
+  touchBars(element("bars"), terms + 1, choose);
+  element("logarithm").addEventListener("change", () => {
+    toggleLogarithm();
+    app.change({ view: app.state.view });
+  });
+  element("scaled").addEventListener("change", ({ target }) => app.change({ scaled: target.checked }));
+  app.followers.push(() => (element("scaled").checked = app.state.scaled));
+}
+
+// Dark or light, as the browser asks for until the button is pressed.
+function startTheme() {
+  const [light, root] = [matchMedia("(prefers-color-scheme: light)"), document.documentElement.dataset];
+  const set = (isLight) => (root.theme = isLight ? "light" : "dark");
+  set(light.matches);
+  light.addEventListener("change", () => set(light.matches));
+  element("theme").addEventListener("click", () => set(root.theme === "dark"));
+}
+
+const stopsText = (stops) => stops === 0 ? "0" : `${stops > 0 ? "+" : "−"}${Math.abs(stops).toFixed(1)}`;
 
 function startSlider(app, id, partOf, textOf) {
   const input = element(id);
@@ -62,8 +105,9 @@ function viewAt(scene, kind, n) {
   return n > scene.terms ? { kind: "all", n: scene.terms } : { kind: "sum", n };
 }
 
-function bounceText({ kind, n }) {
+function bounceText({ kind, n, from }) {
   if (kind === "all") return "all of them";
+  if (kind === "part") return `${termName(from)} to ${termName(n)}`;
   return kind === "term" ? `${termName(n)} alone` : n === 0 ? "E" : `up to ${termName(n)}`;
 }
 
@@ -119,9 +163,9 @@ function startLamp(app, l) {
   });
 }
 
-// L = E + K L, unrolled: the terms that are in the picture stand out.
+// L = E + K L, unrolled, of buttons: the terms that are in the picture stand out, those that are 0 are grey.
 function equation(app) {
-  const { included, isWhole } = app.mixed;
+  const { included, isWhole, powers } = app.mixed;
   const { terms } = app.scene;
   const shown = [...new Set([0, 1, 2, 3, terms - 1, terms])].filter((n) => n <= terms).sort((a, b) => a - b);
   const { n: chosen } = app.state.view;
@@ -129,10 +173,13 @@ function equation(app) {
   const parts = shown.map((n, i) => {
     const gap = i > 0 && shown[i - 1] !== n - 1 ? " + …" : "";
     const isSpare = n > 2 && n < terms && n !== chosen;
-    const term = `<span class="term ${included[n] ? "on" : ""}"><b>${termName(n)}</b></span>`;
+    const isZero = powers[n].every((power) => power === 0);
+    const term = `<button type="button" class="term ${included[n] ? "on" : ""} ${isZero ? "zero" : ""}" data-n="${n}"
+      style="--term:${colourOfTerm(n)}" aria-pressed="${app.state.view.kind === "term" && n === chosen}">
+      <b>${termName(n)}</b>${isZero ? " = 0" : ""}</button>`;
     return `${gap}<span class="${isSpare ? "spare" : ""}">${i > 0 ? " + " : ""}${term}</span>`;
   });
-  return `<b>L</b> = <b>E</b> + <b>K L</b> = ${parts.join("")} + <span class="term ${isWhole ? "on" : ""}">…</span>`;
+  return `<b>L</b> = <span class="spare"><b>E</b> + <b>K L</b> = </span>${parts.join("")} + <span class="term ${isWhole ? "on" : ""}">…</span>`;
 }
 
 function showHeader(app) {
@@ -142,13 +189,25 @@ function showHeader(app) {
     : `Between the modes: interreflection ${alpha.toFixed(2)}, ${percentText(tau)} of light passes through surfaces.`;
 }
 
+// What of the series is shown, over the picture, in the colour of its term.
+function showPart(app) {
+  const { view } = app.state;
+  const { stops, hasPicture } = app.mixed;
+  const part = element("part");
+  part.hidden = view.kind === "all" || !hasPicture;
+  const factor = stops === 0 ? "" : `, × ${stops > 0 ? 2 ** stops : `1/${2 ** -stops}`}`;
+  part.textContent = `${bounceText(view)}${factor}`;
+  const colour = view.kind === "term" && hasPicture ? colourOfTerm(view.n) : "transparent";
+  element("picture").style.setProperty("--term", colour);
+}
+
 function showVerdict(app) {
   const { verdict, hasPicture } = app.mixed;
   const { terms } = app.scene;
   const words = verdictText(verdict);
   const fault = verdict.kind === "diverges" ? "has no sum" : "may have no sum";
   const instead = `<strong>▲ No picture:</strong> the series ${fault}.
-    ${words} Shown instead: ${termName(terms)} alone, scaled to the power of KE.`;
+    ${words} <span class="spare">Shown instead: ${termName(terms)} alone, scaled to the power of KE.</span>`;
   const shown = hasPicture ? words : instead;
   const verdictElement = element("verdict");
   verdictElement.classList.toggle("none", !hasPicture);
@@ -171,16 +230,16 @@ function facts(scene) {
       ${Number.isFinite(worst) ? `${percentText(worst)} at most` : "what is not known"}, measured at ${places}.` : "",
     `The terms after ${termName(scene.terms)} are added as two geometric series: the part along the dominant eigenvector
       of K is exact, what is left shrinks by one ratio.`,
+    `Reflectance is exact where all walls change as one; of one material it is estimated by light between
+      ${scene.coarse.count} coarse patches.`,
     errors.rms === null ? "" : `Next to halflight’s own picture from the file’s camera this one is off by
       ${percentText(errors.rms)} (rms).`,
     `${count(effort.patches)} patches, ${count(effort.rays)} rays, ${count(effort.triangles)} triangles.`,
-    scene.ownTransport ? `Some material has a tau of its own, which the slider leaves as it is, or an alpha, which multiplies
-      the slider’s.` : "",
+    scene.ownTransport ? `Some material has a tau of its own, which the slider leaves as it is, or an alpha, which
+      multiplies the slider’s.` : "",
     scene.punctual ? "Where a patch gets its light from does not count lights without area." : "",
-    "Diffuse surfaces only: no gloss, no refraction.",
-    escaped(scene.attribution),
-    `Made by halflight ${escaped(scene.version)}.`,
-  ].filter((fact) => fact !== "");
+    "Diffuse surfaces only: no gloss, no refraction.", escaped(scene.attribution),
+    `Made by halflight ${escaped(scene.version)}.`, ].filter((fact) => fact !== "");
 }
 
 // A message that stays until it is closed.

@@ -23,6 +23,13 @@ export class Light {
     for (const layer of this.layers.values()) layer.isStale = true;
   }
 
+  // Ratios [n][l][c] and of the rest [c] by coarse patch that reflected light is multiplied by from now on, or none.
+  setRatios({ ratios, rest }, coarseOfCell) {
+    if (this.ratios === ratios && this.rest === rest) return;
+    Object.assign(this, { ratios, rest, coarseOfCell });
+    for (const [key, layer] of this.layers) if (!key.includes(" 1 ")) layer.isStale = true;
+  }
+
   // Incident light of term n ≥ 1, lamp l and channel c at the present tau.
   layer(l, n, c) {
     const { lamps, terms } = this.scene;
@@ -31,16 +38,17 @@ export class Light {
       const lamp = q * lamps.length + l;
       return n === 1 ? 3 * lamp + c : 3 * (lamp * (terms - 1) + n - 2) + c;
     };
-    return this.#interpolated(`${l} ${n} ${c}`, n === 1 ? "fine" : "coarse", weights, indexOf);
+    const ratio = n > 1 ? this.ratios?.[n][l][c] : null;
+    return this.#interpolated(`${l} ${n} ${c}`, n === 1 ? "fine" : "coarse", weights, indexOf, ratio);
   }
 
   // Incident light of the dominant eigenvector of K at the present tau.
   dominantLayer(c) {
-    return this.#interpolated(`dominant ${c}`, "dominant", this.blend.weights, (q) => 3 * q + c);
+    return this.#interpolated(`dominant ${c}`, "dominant", this.blend.weights, (q) => 3 * q + c, this.rest?.[c]);
   }
 
   // The sum of the nodes' layers times their weights; it is kept until tau changes.
-  #interpolated(key, kind, weights, indexOf) {
+  #interpolated(key, kind, weights, indexOf, ratio) {
     const count = this.counts[kind === "fine" ? "fine" : "coarse"];
     if (!this.layers.has(key)) this.layers.set(key, { isStale: true, numbers: new Float32Array(count) });
     const layer = this.layers.get(key);
@@ -50,6 +58,7 @@ export class Light {
     weights.forEach((weight, q) => {
       if (weight !== 0) addDecoded(layer.numbers, this.codes[kind], indexOf(q) * count, this.values, weight);
     });
+    if (ratio) this.coarseOfCell.forEach((j, i) => (layer.numbers[i] *= ratio[j]));
     return layer.numbers;
   }
 

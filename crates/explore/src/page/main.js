@@ -8,12 +8,12 @@ import { decodedArrays, inflated } from "./numbers.js";
 import { PatchCard } from "./patch.js";
 import { Patches } from "./patches.js";
 import { Plan } from "./plan.js";
+import { startStory } from "./story.js";
 import { loadedImages, View } from "./view.js";
 import { startWalking } from "./walk.js";
 
-const NO_WEBGL = "No room is drawn: this browser has no WebGL2, or it is switched off. Switch on hardware "
-  + "acceleration, or open this page in a current Firefox, Chrome, Edge or Safari. The numbers beside still follow the "
-  + "sliders.";
+const NO_WEBGL = "No room is drawn: this browser has no WebGL2, or it is switched off. Switch on hardware acceleration, "
+  + "or open this page in a current browser. The numbers beside still follow the sliders.";
 
 const MOST_PROBLEMS = 5;
 
@@ -66,10 +66,11 @@ async function start() {
   const plan = startView(app, arrays);
   startButtons(app, () => plan.open());
   tellProblems(app.readLink(link));
-  window.addEventListener("hashchange", () => tellProblems(app.readLink(location.hash)));
+  window.addEventListener("hashchange", ({ newURL }) => tellProblems(app.readLink(new URL(newURL).hash)));
   app.frame();
   app.view?.gl.finish();
   const test = testOf(link);
+  startStory(app, link, test);
   if (test) runTest(app, test, link, Math.round(performance.now()));
 }
 

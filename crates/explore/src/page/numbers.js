@@ -1,13 +1,7 @@
 // Decodes the numbers of the scene: a base64 text, deflated, of arrays stored as byte planes and differences.
 
 // The bytes behind a base64 text.
-function bytesOfBase64(text) {
-  if (Uint8Array.fromBase64) return Uint8Array.fromBase64(text);
-  const characters = atob(text);
-  const bytes = new Uint8Array(characters.length);
-  for (let i = 0; i < bytes.length; i++) bytes[i] = characters.charCodeAt(i);
-  return bytes;
-}
+const bytesOfBase64 = (text) => Uint8Array.fromBase64?.(text) ?? Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
 
 // The byte blob behind a base64 text of a zlib stream.
 export async function inflated(text) {
@@ -51,8 +45,7 @@ function decodeF32(blob, offset, count) {
 export function decodedArrays(descriptions, blob) {
   const decoders = {
     u8: (bytes, offset, count) => bytes.subarray(offset, offset + count),
-    u16: decodeU16, u32: decodeU32, f32: decodeF32,
-  };
+    u16: decodeU16, u32: decodeU32, f32: decodeF32, };
   const arrays = {};
   for (const [name, { type, offset, count }] of Object.entries(descriptions)) {
     arrays[name] = decoders[type](blob, offset, count);

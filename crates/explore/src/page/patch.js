@@ -1,5 +1,6 @@
 // Asking about a surface: the patch under the pointer, a card about it, and its row of F drawn into the room.
 import { escaped, hexColour, numberText, percentText } from "./words.js";
+import { whitest } from "./state.js";
 import { showBars } from "./bars.js";
 
 // Viridis in eight steps, dark to bright.
@@ -104,16 +105,23 @@ export class PatchCard {
     const { patch } = this;
     const material = scene.materials[arrays.patchMaterial[patch]].name;
     this.writtenPatch = patch;
+    const own = arrays.patchMaterial[patch];
+    const lines = (title, name) => ["red", "green", "blue"].map((colour) =>
+      `<dt>${title}, ${colour}</dt><dd class="${name}"></dd>`).join("");
     this.element.innerHTML = `<header><h2>${escaped(this.#nameOf(patch))}</h2>
       <button type="button" class="close">Close</button></header>
       <dl><dt>material</dt><dd>${escaped(material)}${arrays.patchSide[patch] ? ", back" : ""}</dd>
       <dt>area, file’s units²</dt><dd>${numberText(arrays.patchArea[patch])}</dd>
-      <dt>rho</dt><dd>${this.app.patches.rho(patch).map((x) => x.toFixed(2)).join("  ")}</dd>
-      <dt>L as shown, W/(m² sr)</dt><dd class="radiance"></dd></dl><div class="power"></div>${this.#choices()}
-      <div class="row"></div>`;
+      ${lines("rho", "rho")}${lines("L, W/(m² sr)", "radiance")}</dl>
+      <div class="slider"><label for="rho-own">reflectance of ${escaped(material)}</label><input id="rho-own"
+      type="range" min="0" max="${whitest(scene.materials[own])}" step="0.01"><output for="rho-own"></output></div>
+      ${this.#choices()}<div class="row"></div><div class="power"></div>`;
     this.element.hidden = false;
+    document.getElementById("panel").scrollTop = 0;
     this.element.querySelector(".close").addEventListener("click", () => this.close());
-    for (const input of this.element.querySelectorAll("input")) {
+    this.element.querySelector("#rho-own").addEventListener("input", ({ target }) =>
+      this.app.change({ rhoOf: { ...this.app.state.rhoOf, [own]: target.valueAsNumber } }));
+    for (const input of this.element.querySelectorAll("[name=row]")) {
       input.addEventListener("change", () => {
         this.row = input.value;
         this.app.schedule();
@@ -136,12 +144,17 @@ export class PatchCard {
     const { app, patch } = this;
     const { patches, gains, mixed } = app;
     const radiance = patches.radiance(patch, app.sums, mixed, gains);
-    const swatch = `<span style="color:${hexColour(radiance)}">■</span>`;
-    this.element.querySelector(".radiance").innerHTML = `${swatch} ${radiance.map(numberText).join("  ")}`;
-    const powers = patches.powers(patch, app.light, gains, app.state.alpha);
+    const write = (name, numbers) => this.element.querySelectorAll(`.${name}`).forEach((line, c) =>
+      (line.textContent = numberText(numbers[c])));
+    write("rho", patches.rho(patch));
+    write("radiance", radiance);
+    this.element.querySelector("h2").style.setProperty("--term", hexColour(radiance));
+    const factor = app.state.rhoOf[patches.arrays.patchMaterial[patch]] ?? 1;
+    this.element.querySelector("#rho-own").value = factor;
+    this.element.querySelector("output").textContent = `× ${factor.toFixed(2)}`;
+    const powers = patches.powers(patch, app.light, gains, mixed.alphas);
     showBars(this.element.querySelector(".power"), powers, mixed.included, "Its power per bounce, W", 78);
     const row = this.element.querySelector(".row");
-    this.element.querySelector(".power").hidden = this.row !== "none";
     if (this.row === "none") app.view?.setShares(null);
     row.innerHTML = this.row === "none" ? "" : this.#rowText();
   }

@@ -9,6 +9,8 @@ export class Patches {
     this.count = arrays.patchArea.length;
     this.factors = factorsOfCodes();
     this.lamps = this.#lamps();
+    this.cellCounts = new Uint32Array(this.count);
+    arrays.cellPatch.forEach((patch) => (this.cellCounts[patch] += 1));
   }
 
   // The lamp whose emission a patch has, or NO_LAMP: that of the first emitting triangle of its chart.
@@ -36,7 +38,8 @@ export class Patches {
   }
 
   rho(patch) {
-    return [...this.arrays.patchRho.subarray(3 * patch, 3 * patch + 3)];
+    const factor = this.reflectances?.[this.arrays.patchMaterial[patch]] ?? 1;
+    return [...this.arrays.patchRho.subarray(3 * patch, 3 * patch + 3)].map((x) => factor * x);
   }
 
   // Radiance that a patch emits with the lamps at their gains: what is seen of it, or what it `sends`.
@@ -62,7 +65,7 @@ export class Patches {
   }
 
   // The power of every term on a patch [n][c] in W.
-  powers(patch, light, gains, alpha) {
+  powers(patch, light, gains, alphas) {
     const cells = this.cellsOf(patch);
     const rho = this.rho(patch);
     const size = Math.PI * this.arrays.patchArea[patch];
@@ -70,8 +73,42 @@ export class Patches {
     const terms = Array.from({ length: this.scene.terms }, (_, i) => i + 1).map((n) => [0, 1, 2].map((c) =>
       gains.reduce((sum, gain, l) => gain[c] === 0 ? sum
         : sum + gain[c] * this.#meanOfCells(light.layer(l, n, c), cells, n === 1), 0)
-      * size * rho[c] * alpha ** (n - 1)));
+      * size * rho[c] * alphas[c] ** (n - 1)));
     return [emitted, ...terms];
+  }
+
+  // Areas of coarse patches, and their reflectance [c] where materials have factors [m]; those of the sky are 0.
+  coarseRho(factors) {
+    const { arrays, count } = this;
+    const areas = new Float64Array(this.scene.coarse.count);
+    const rho = [0, 1, 2].map(() => new Float64Array(areas.length));
+    for (let patch = 0; patch < count; patch++) {
+      const [j, factor] = [arrays.patchCoarse[patch], factors?.[arrays.patchMaterial[patch]] ?? 1];
+      areas[j] += arrays.patchArea[patch];
+      rho.forEach((own, c) => (own[j] += arrays.patchArea[patch] * factor * arrays.patchRho[3 * patch + c]));
+    }
+    return { areas, rho: rho.map((own) => own.map((x, j) => (areas[j] > 0 ? x / areas[j] : 0))) };
+  }
+
+  // Means over coarse patches of light in texels.
+  coarseMean(plane) {
+    const { arrays, scene } = this;
+    const [sums, counts] = [new Float64Array(scene.coarse.count), new Float64Array(scene.coarse.count)];
+    this.texels ??= Array.from(arrays.cellPatch, (_, cell) => this.charts.texelsOfCell(cell));
+    arrays.cellPatch.forEach((patch, cell) => {
+      const share = arrays.patchArea[patch] / this.cellCounts[patch];
+      counts[arrays.patchCoarse[patch]] += share;
+      for (const texel of this.texels[cell]) sums[arrays.patchCoarse[patch]] += share * plane[texel] / scene.fine ** 2;
+    });
+    return sums.map((sum, j) => (counts[j] > 0 ? sum / counts[j] : 0));
+  }
+
+  // F between coarse patches at tau, row by row.
+  matrixOfF(tau) {
+    const { count, depths } = this.scene.coarse;
+    const powers = Array.from({ length: depths }, (_, k) => tau ** k);
+    return Float64Array.from({ length: count * count }, (_, at) =>
+      powers.reduce((sum, power, k) => sum + power * this.factors[this.arrays.rows[k * count * count + at]], 0));
   }
 
   // L of every coarse patch as the mean of r, g, b, from the light that travels.

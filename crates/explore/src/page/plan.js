@@ -25,9 +25,7 @@ export class Plan {
   }
 
   // A place in the scene as coordinates along the plan's right and up.
-  #flat(position) {
-    return [dot(position, this.axes.right), dot(position, this.axes.up)];
-  }
+  #flat(position) { return [dot(position, this.axes.right), dot(position, this.axes.up)]; }
 
   // The middle of the plan and half its side, so that all of the scene is in it.
   #frame() {
@@ -35,9 +33,7 @@ export class Plan {
     const range = (i) => [Math.min(...corners.map((c) => c[i])), Math.max(...corners.map((c) => c[i]))];
     const [x, y] = [range(0), range(1)];
     return {
-      centre: [(x[0] + x[1]) / 2, (y[0] + y[1]) / 2],
-      half: (Math.max(x[1] - x[0], y[1] - y[0], 0.01) / 2) * MARGIN,
-    };
+      centre: [(x[0] + x[1]) / 2, (y[0] + y[1]) / 2], half: (Math.max(x[1] - x[0], y[1] - y[0], 0.01) / 2) * MARGIN, };
   }
 
   // The eye on the plan, or the place at the edge that is nearest to it.
@@ -86,7 +82,8 @@ export class Plan {
       <path d="M${x - 7} ${y}h14M${x} ${y - 7}v14" stroke="#fff" stroke-width="2"></path>`;
     const place = this.#position(this.cursor).map((u, i) =>
       Number((this.app.scene.unit.center[i] + this.app.scene.unit.scale * u).toPrecision(3)));
-    document.getElementById("plan-place").textContent = `Cross at ${place.join(", ")}`;
+    document.getElementById("plan-place").textContent = `${this.axes.names[0]} →,
+      ${this.axes.names[1]} ↑; cross at ${place.join(", ")}`;
   }
 
   #placeOf(event) {

@@ -92,7 +92,10 @@ void main() {
   vec3 radiance = emission + rho * incident(cell);
 #endif
   if (exposure > 0.0) radiance = clamp(radiance * exposure, 0.0, 1.0);
-  if (firstCell >= 0.0 && largestShare > 0.0) radiance = colourOfShare(cell);
+  if (largestShare > 0.0) {
+    bool isLit = firstCell >= 0.0 && texelFetch(shares, ivec2(rectangle.xy + cellAt(cell)), 0).x > largestShare / 256.0;
+    radiance = mix(0.3 * radiance, isLit ? colourOfShare(cell) : vec3(0.0), isLit ? 0.75 : 0.0);
+  }
   if (firstCell >= 0.0 && chosen >= 0.0 && patchAt(cell) == chosen) {
     bool isStripe = fract((gl_FragCoord.x + gl_FragCoord.y) / 14.0) < 0.18;
     if (fixedTexel.x < 0.0 ? isAtEdge(cell) : isStripe) radiance = vec3(1.0, 0.62, 0.1);

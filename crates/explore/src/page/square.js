@@ -6,24 +6,24 @@ const TAUS = Array.from({ length: 101 }, (_, i) => i / 100);
 const xOf = (alpha) => SIDE * alpha;
 const yOf = (tau) => SIDE * (1 - tau);
 
-// The curve alpha = 1 / radius(tau), at most 1, as points of the drawing.
-function curve(radii, bound) {
-  const alpha = (tau) => Math.min(1, 1 / radiusBounds(radii, tau)[bound]);
+// The curve alpha = 1 / radius(tau), at most 1, as points of the drawing; radii are `factor` times those known.
+function curve(radii, bound, factor) {
+  const alpha = (tau) => Math.min(1, 1 / (factor * radiusBounds(radii, tau)[bound]));
   return TAUS.map((tau) => `${xOf(alpha(tau)).toFixed(2)},${yOf(tau).toFixed(2)}`);
 }
 
 // What lies beyond the frontier: hatched where divergence is proved, filled where the bounds leave it
 // open.
-function frontier(radii) {
-  const [proved, open] = [curve(radii, "lower"), curve(radii, "upper")];
+function frontier(radii, factor) {
+  const [proved, open] = [curve(radii, "lower", factor), curve(radii, "upper", factor)];
   const right = `${SIDE},0 ${SIDE},${SIDE}`;
-  const diverges = TAUS.filter((tau) => radiusBounds(radii, tau).lower > 1);
+  const diverges = TAUS.filter((tau) => factor * radiusBounds(radii, tau).lower > 1);
   if (diverges.length === 0) return "";
   const line = proved.slice(Math.max(0, TAUS.indexOf(diverges[0]) - 1));
   const middle = yOf((diverges[0] + 3 * diverges.at(-1)) / 4);
-  return `<polygon points="${open.join(" ")} ${right}" fill="#5a2a20"></polygon>
+  return `<polygon points="${open.join(" ")} ${right}" class="open"></polygon>
     <polygon points="${proved.join(" ")} ${right}" fill="url(#hatch)"></polygon>
-    <polyline points="${line.join(" ")}" fill="none" stroke="#ff8a70" stroke-width="2.5"></polyline>
+    <polyline points="${line.join(" ")}" fill="none" class="edge"></polyline>
     <text class="word" x="${SIDE - 5}" y="${Math.max(34, middle)}" text-anchor="end">diverges</text>`;
 }
 
@@ -38,15 +38,17 @@ function corners() {
 // Puts the map into an element; `change` is called with the {alpha, tau} that was chosen.
 export function squareMap(element, radii, change) {
   element.innerHTML = `<svg viewBox="-20 -25 ${SIDE + 30} ${SIDE + 75}"><rect width="${SIDE}" height="${SIDE}"
-    fill="#0d0f13" stroke="#8d93a1"></rect>${frontier(radii)}${corners()}
+    class="ground"></rect><g class="frontier"></g>${corners()}
     <text x="${SIDE / 2}" y="${SIDE + 44}" text-anchor="middle">alpha →</text>
     <text transform="translate(-8 ${SIDE / 2}) rotate(-90)" text-anchor="middle">tau →</text>
     <g role="slider" tabindex="0" aria-label="alpha and tau" aria-valuemin="0" aria-valuemax="1"><circle r="8"
     fill="#ffc861" stroke="#000" stroke-width="2.5"></circle></g></svg>`;
-  const [svg, dot] = [element.querySelector("svg"), element.querySelector("g")];
+  const [svg, dot] = [element.querySelector("svg"), element.querySelector("[role=slider]")];
+  let drawn = null;
   listenToPointer(svg, change);
   dot.addEventListener("keydown", (event) => moveByKey(event, dot, change));
-  return ({ alpha, tau }, words) => {
+  return ({ alpha, tau }, factor, words) => {
+    if (drawn !== factor) element.querySelector(".frontier").innerHTML = frontier(radii, drawn = factor);
     dot.setAttribute("transform", `translate(${xOf(alpha)} ${yOf(tau)})`);
     Object.assign(dot.dataset, { alpha, tau });
     dot.setAttribute("aria-valuenow", alpha);

@@ -5,8 +5,7 @@ export const MODES = {
   global: { alpha: 1, tau: 0, meaning: "Global: shadows and interreflection, as in a real room." },
   shadowless: { alpha: 1, tau: 1, meaning: "Shadowless: light interreflects, but nothing casts a shadow." },
   "one-bounce": { alpha: 0, tau: 0, meaning: "One-bounce: shadows, but light is reflected only once." },
-  local: { alpha: 0, tau: 1, meaning: "Local: no shadows, one reflection, as OpenGL shades." },
-};
+  local: { alpha: 0, tau: 1, meaning: "Local: no shadows, one reflection, as OpenGL shades." }, };
 
 // The mode at (alpha, tau), or null between the modes.
 export function modeOf(alpha, tau) {
@@ -53,10 +52,11 @@ export function interpolation(scene, tau) {
   return { tau, weights, sizes, factors };
 }
 
-// The power of term n with the lamps at their gains, per channel, in W.
-export function powerOfTerm(sizes, gains, alpha, n) {
-  const bounces = n === 0 ? 1 : alpha ** (n - 1);
-  return [0, 1, 2].map((c) => gains.reduce((sum, gain, l) => sum + gain[c] * sizes[l][n][c], 0) * bounces);
+// The power of term n with the lamps at their gains, per channel, in W, where reflectances changed.
+export function powerOfTerm(sizes, gains, alpha, n, { scale, powers }) {
+  const bounces = scale.map((s) => (n === 0 ? 1 : alpha ** (n - 1) * s ** n));
+  const ofLamp = (l, c) => gains[l][c] * sizes[l][n][c] * (n > 0 && powers ? powers[n][l][c] : 1);
+  return bounces.map((b, c) => b * gains.reduce((sum, _, l) => sum + ofLamp(l, c), 0));
 }
 
 // A straight line in (ln tau, ln radius) through two points, at tau.
@@ -78,12 +78,12 @@ export function radiusBounds(radii, tau) {
   return { lower: Math.max(...lower), upper };
 }
 
-// Whether the series converges at (alpha, tau), with the bounds that say so.
-export function verdictAt(radii, alpha, tau) {
+// Whether the series converges where K is `radius` times as large, with bounds, proved where that factor is exact.
+export function verdictAt(radii, alpha, tau, { radius, isExact }) {
   const bounds = radiusBounds(radii, tau);
-  const [lower, upper] = [alpha * bounds.lower, alpha * bounds.upper];
+  const [lower, upper] = [alpha * radius * bounds.lower, alpha * radius * bounds.upper];
   const kind = alpha === 0 ? "ends" : upper < 1 ? "converges" : lower >= 1 ? "diverges" : "undecided";
-  return { kind, lower, upper };
+  return { kind, lower, upper, isExact };
 }
 
 // The series of x from the first term that is not kept: sum of alpha^(n-1) x^(n-N) over n > N.
@@ -105,58 +105,69 @@ function restOfSeries(scene, weights, alpha, l, c) {
 // Whether term n is part of the picture asked for.
 function isIncluded(view, n) {
   if (view.kind === "term") return n === view.n;
-  return view.kind === "all" || n <= view.n;
+  return view.kind === "all" || (n <= view.n && n >= (view.from ?? 0));
 }
 
-// a_n as [n][l][c] for a term alone or a sum; of all of the series without its rest.
-function coefficientsOfPicture(scene, { alpha, view }) {
+// a_n as [n][l][c] for some terms; `alphas` [c] are alpha times the factor on reflectance. Of all without its rest.
+function coefficientsOfPicture(scene, alphas, view) {
   return Array.from({ length: scene.terms + 1 }, (_, n) => {
-    const a = !isIncluded(view, n) ? 0 : n === 0 ? 1 : alpha ** (n - 1);
-    return scene.lamps.map(() => [a, a, a]);
+    const a = alphas.map((alpha) => (!isIncluded(view, n) ? 0 : n === 0 ? 1 : alpha ** (n - 1)));
+    return scene.lamps.map(() => [...a]);
   });
 }
 
 // Adds the rest of the series to the coefficients of the last term; returns the coefficients of v, per channel.
-function addRest(scene, weights, alpha, gains, coefficients) {
+function addRest(scene, weights, alphas, gains, coefficients) {
   const dominant = [0, 0, 0];
   gains.forEach((gain, l) => gain.forEach((g, c) => {
-    const [ofLast, ofDominant] = restOfSeries(scene, weights, alpha, l, c);
+    const [ofLast, ofDominant] = restOfSeries(scene, weights, alphas[c], l, c);
     coefficients[scene.terms][l][c] += ofLast;
     dominant[c] += g * ofDominant;
   }));
   return dominant;
 }
 
+export const total = (power) => power[0] + power[1] + power[2];
+
 // The last term alone, as powerful as the first: what is drawn where all of a series was asked for that has no sum.
-function coefficientsOfGrowth(scene, powers, alpha) {
-  const total = (n) => powers[n][0] + powers[n][1] + powers[n][2];
-  const last = total(scene.terms);
-  const a = last > 0 ? (total(1) / last) * alpha ** (scene.terms - 1) : 0;
-  return powers.map((_, n) => scene.lamps.map(() => (n === scene.terms ? [a, a, a] : [0, 0, 0])));
+function coefficientsOfGrowth(scene, powers, alphas) {
+  const last = total(powers[scene.terms]);
+  const a = alphas.map((alpha) => (last > 0 ? (total(powers[1]) / last) * alpha ** (scene.terms - 1) : 0));
+  return powers.map((_, n) => scene.lamps.map(() => (n === scene.terms ? [...a] : [0, 0, 0])));
+}
+
+// Whole stops that make terms without E about as bright as all terms together.
+function stopsOfTerms(powers, included, { view, scaled }) {
+  if (!scaled || included[0] || view.kind === "all" || view.kind === "sum") return 0;
+  const shown = powers.reduce((sum, power, n) => sum + (included[n] ? total(power) : 0), 0);
+  const reflected = powers.slice(1).reduce((sum, power) => sum + total(power), 0);
+  return shown > 0 ? Math.max(-20, Math.min(20, Math.round(Math.log2(reflected / shown)))) : 0;
 }
 
 // All that a state means: coefficients [n][l][c] of the terms, those of the dominant eigenvector (with the gains),
-// which terms are in the picture, powers, and the verdict. `blend` is the interpolation at the state's tau.
-export function mixture(scene, blend, state, gains) {
+// which terms are in the picture, powers, and the verdict; `blend` is of tau, `change` of reflectance.
+export function mixture(scene, blend, state, gains, change) {
   const { alpha, tau, view } = state;
-  const verdict = verdictAt(scene.radii, alpha, tau);
-  const powers = Array.from({ length: scene.terms + 1 }, (_, n) => powerOfTerm(blend.sizes, gains, alpha, n));
+  const alphas = change.scale.map((s) => alpha * s);
+  const verdict = verdictAt(scene.radii, alpha, tau, change);
+  const powers = Array.from({ length: scene.terms + 1 }, (_, n) => powerOfTerm(blend.sizes, gains, alpha, n, change));
   const hasPicture = view.kind !== "all" || verdict.kind === "ends" || verdict.kind === "converges";
   const coefficients = hasPicture
-    ? coefficientsOfPicture(scene, state)
-    : coefficientsOfGrowth(scene, powers, alpha);
+    ? coefficientsOfPicture(scene, alphas, view)
+    : coefficientsOfGrowth(scene, powers, alphas);
   const isWhole = hasPicture && view.kind === "all";
-  const dominant = isWhole ? addRest(scene, blend.weights, alpha, gains, coefficients) : [0, 0, 0];
+  const dominant = isWhole ? addRest(scene, blend.weights, alphas, gains, coefficients) : [0, 0, 0];
   const included = powers.map((_, n) => (hasPicture ? isIncluded(view, n) : n === scene.terms));
-  return { verdict, powers, hasPicture, isWhole, coefficients, dominant, included };
+  const stops = stopsOfTerms(powers, included, state);
+  const { radius } = change;
+  return { verdict, powers, hasPicture, isWhole, coefficients, dominant, included, alphas, stops, radius };
 }
 
 // The coefficients of the light that travels to what is shown: F turns it into the light that arrives.
-export function travellingCoefficients(mixed, alpha) {
-  const { coefficients: a, dominant } = mixed;
-  const scaled = (rows, factor) => rows.map((row) => row.map((value) => value * factor));
-  const coefficients = mixed.isWhole
-    ? a.map((rows, n) => (n === 0 ? rows : scaled(rows, alpha)))
-    : a.map((rows, n) => a[n + 1] ?? scaled(rows, 0));
-  return { coefficients, dominant: dominant.map((x) => alpha * x) };
+export function travellingCoefficients({ coefficients: a, dominant, alphas, isWhole }) {
+  const scaled = (rows, factors) => rows.map((row) => row.map((value, c) => value * factors[c]));
+  const coefficients = isWhole
+    ? a.map((rows, n) => (n === 0 ? rows : scaled(rows, alphas)))
+    : a.map((rows, n) => a[n + 1] ?? scaled(rows, [0, 0, 0]));
+  return { coefficients, dominant: dominant.map((x, c) => alphas[c] * x) };
 }

@@ -19,11 +19,8 @@ export class View {
   constructor(gl, scene, arrays, charts, buffers, images) {
     Object.assign(this, { gl, scene, charts, buffers, images });
     this.programs = {
-      plain: program(gl, "scene.vert", "scene.frag"),
-      ids: program(gl, "scene.vert", "scene.frag", ["IDS"]),
-      sky: program(gl, "quad.vert", "sky.frag"),
-      encode: program(gl, "quad.vert", "encode.frag"),
-    };
+      plain: program(gl, "scene.vert", "scene.frag"), ids: program(gl, "scene.vert", "scene.frag", ["IDS"]),
+      sky: program(gl, "quad.vert", "sky.frag"), encode: program(gl, "quad.vert", "encode.frag"), };
     if (buffers.detailed.length > 0) {
       this.programs.detailed = program(gl, "scene.vert", "scene.frag", ["DETAILED"]);
       this.programs.detailedIds = program(gl, "scene.vert", "scene.frag", ["DETAILED", "IDS"]);
@@ -36,26 +33,34 @@ export class View {
   }
 
   #uploadTables(arrays) {
-    const { gl, scene, charts } = this;
+    const { gl, charts } = this;
     const [width, height] = charts.size;
     const s = charts.fineness;
     const patches = new Float32Array(width * height).fill(-1);
     charts.cellPlaces.forEach((place, cell) => (patches[place] = arrays.cellPatch[cell]));
-    const materials = scene.materials.flatMap(({ rho, emission }) => [...rho, 0, ...emission, 0]);
     this.textures = {
-      charts: tableTexture(gl, charts.table(arrays), 1024),
-      materials: tableTexture(gl, new Float32Array(materials), 512),
+      charts: tableTexture(gl, charts.table(arrays), 1024), materials: tableTexture(gl, this.#materials([]), 512),
       gains: tableTexture(gl, new Float32Array(4), 256),
       coarse: numberTexture(gl, gl.RGBA16F, width, height, null, gl.LINEAR),
       fine: numberTexture(gl, gl.RGBA16F, width * s, height * s, null, gl.LINEAR),
       cells: numberTexture(gl, gl.R32F, width, height, patches, gl.NEAREST),
-      shares: numberTexture(gl, gl.R32F, width, height, null, gl.NEAREST),
-    };
+      shares: numberTexture(gl, gl.R32F, width, height, null, gl.NEAREST), };
     const white = numberTexture(gl, gl.RGBA32F, 1, 1, new Float32Array([1, 1, 1, 1]), gl.NEAREST);
     Object.assign(this.textures, { image: white, glow: white, mask: white, white });
     this.shares = new Float32Array(width * height);
     this.texels = { coarse: new Float32Array(4 * width * height), fine: new Float32Array(4 * width * height * s * s) };
   }
+
+  // Reflectance and emission of the materials, where reflectances have factors [m].
+  #materials(factors) {
+    const { materials } = this.scene;
+    const table = new Float32Array(2048 * Math.ceil(materials.length / 256));
+    materials.forEach(({ rho, emission }, m) =>
+      table.set([...rho.map((x) => x * (factors[m] ?? 1)), 0, ...emission, 0], 8 * m));
+    return table;
+  }
+
+  setReflectances(factors) { refill(this.gl, this.textures.materials, this.#materials(factors)); }
 
   #uploadTriangles() {
     const { gl, buffers } = this;
@@ -160,10 +165,8 @@ export class View {
     const hasImage = (mask?.texture ?? null) !== null;
     const blended = isBlended(scene.materials[group.material]);
     use(gl, shader, {
-      maskChannel: [hasImage ? 1 : 0, 0, 0, 0],
-      maskFactor: mask?.factor ?? 1,
-      cutoff: mask === null || blended ? -1 : mask.cutoff ?? (hasImage ? 0.5 : 0),
-    });
+      maskChannel: [hasImage ? 1 : 0, 0, 0, 0], maskFactor: mask?.factor ?? 1,
+      cutoff: mask === null || blended ? -1 : mask.cutoff ?? (hasImage ? 0.5 : 0), });
     gl.drawArrays(gl.TRIANGLES, 3 * group.first, 3 * group.count);
   }
 
@@ -211,8 +214,7 @@ export class View {
     use(gl, this.programs.sky, {
       forward: camera.forward, right: camera.right.map((x) => x * camera.tangents[0]),
       above: camera.up.map((x) => x * camera.tangents[1]), skyUp: scene.sky.up, upper: shown(scene.sky.upper),
-      lower: shown(scene.sky.lower), exposure,
-    });
+      lower: shown(scene.sky.lower), exposure, });
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 

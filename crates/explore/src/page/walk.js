@@ -13,8 +13,7 @@ function motionOf(event) {
     : { ArrowUp: { ahead: 1 }, ArrowDown: { ahead: -1 }, ArrowLeft: { yaw: -1 }, ArrowRight: { yaw: 1 } };
   const keys = {
     KeyW: { ahead: 1 }, KeyS: { ahead: -1 }, KeyA: { right: -1 }, KeyD: { right: 1 }, KeyE: { up: 1 }, KeyQ: { up: -1 },
-    PageUp: { up: 1 }, PageDown: { up: -1 },
-  };
+    PageUp: { up: 1 }, PageDown: { up: -1 }, };
   const zoom = { "+": { fov: -1 }, "=": { fov: -1 }, "-": { fov: 1 } };
   return arrows[event.key] ?? keys[event.code] ?? zoom[event.key] ?? null;
 }
@@ -27,8 +26,7 @@ function moved(app, motions, seconds) {
   const fov = Math.min(FOV.most, Math.max(FOV.least, state.fov + 30 * seconds * sum("fov")));
   return {
     ...walked(scene, state, [step * sum("right"), step * sum("up"), step * sum("ahead")]),
-    ...looked(scene, state, TURN * seconds * sum("yaw"), TURN * seconds * sum("pitch")), fov,
-  };
+    ...looked(scene, state, TURN * seconds * sum("yaw"), TURN * seconds * sum("pitch")), fov, };
 }
 
 // Keys move as long as they are held; where motion is not wanted, every press is one step.

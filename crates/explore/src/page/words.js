@@ -4,14 +4,14 @@ export function escaped(text) {
   return text.replace(/[&<>"]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" })[c]);
 }
 
-export function superscript(n) {
-  return String(n).replace(/[-0-9]/g, (c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(c)]));
-}
+export const superscript = (n) => String(n).replace(/[-0-9]/g, (c) => (c === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(c)]));
 
 // The name of term n: E, KE, K²E, …
-export function termName(n) {
-  return n === 0 ? "E" : n === 1 ? "KE" : `K${superscript(n)}E`;
-}
+export const termName = (n) => n === 0 ? "E" : n === 1 ? "KE" : `K${superscript(n)}E`;
+const COLOURS = ["#ffc861", "#ff8a5c", "#f0609e", "#b77bff", "#6f95ff", "#3fb8e6", "#2fc79b", "#8fcb4b", "#d3c53f"];
+
+// The colour that a term has in the equation, the bars and around its picture.
+export const colourOfTerm = (n) => COLOURS[n % COLOURS.length];
 
 // Three digits of a number, with a power of ten where it is very large or small.
 export function numberText(x) {
@@ -27,13 +27,8 @@ export function percentText(share) {
 }
 
 // Linear light as an sRGB code in 0..1, and back.
-export function encodedSrgb(v) {
-  return v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055;
-}
-
-export function decodedSrgb(code) {
-  return code <= 0.04045 ? code / 12.92 : ((code + 0.055) / 1.055) ** 2.4;
-}
+export const encodedSrgb = (v) => v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055;
+export const decodedSrgb = (code) => code <= 0.04045 ? code / 12.92 : ((code + 0.055) / 1.055) ** 2.4;
 
 // The colour of light, as bright as can be, as #rrggbb.
 export function hexColour(light) {
@@ -52,10 +47,11 @@ function boundsText(lower, upper) {
 }
 
 // What the bounds on the spectral radius say about the series.
-export function verdictText({ kind, lower, upper }) {
+export function verdictText({ kind, lower, upper, isExact }) {
+  const proved = isExact ? ", proved" : ", estimated on few patches";
   if (kind === "ends") return "<strong>The series ends:</strong> K²E = 0, the sum is E + KE.";
   const bounds = boundsText(lower, upper);
-  if (kind === "converges") return `<strong>Converges:</strong> ${bounds}, below 1, proved.`;
-  if (kind === "diverges") return `<strong>Diverges:</strong> ${bounds}, not below 1, proved.`;
-  return `<strong>Undecided:</strong> ${bounds}, 1 lies between the proved bounds.`;
+  if (kind === "converges") return `<strong>Converges:</strong> ${bounds}, below 1${proved}.`;
+  if (kind === "diverges") return `<strong>Diverges:</strong> ${bounds}, not below 1${proved}.`;
+  return `<strong>Undecided:</strong> ${bounds}, 1 lies between${proved}.`;
 }
