@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use crate::rays::{End, Rays};
 use crate::scene::{Camera, Scene};
+use crate::surfaces::atlas::Atlas;
 use crate::surfaces::coplanar;
 use crate::surfaces::coplanar::Surface;
 use crate::surfaces::discontinuities::Discontinuities;
@@ -24,6 +25,8 @@ pub struct Geometry {
     pub rays: Arc<Rays>,
     /// Its surfaces.
     pub surfaces: Arc<Surfaces>,
+    /// What pictures show in place of what the camera sees.
+    pub(crate) atlas: Option<Arc<dyn Atlas>>,
 }
 
 impl Geometry {
@@ -31,14 +34,21 @@ impl Geometry {
     pub fn new(scene: Scene) -> Arc<Geometry> {
         let rays = Rays::new(&scene);
         let surfaces = Surfaces::new(&scene, &rays);
-        Arc::new(Geometry { scene, rays: Arc::new(rays), surfaces: Arc::new(surfaces) })
+        Arc::new(Geometry { scene, rays: Arc::new(rays), surfaces: Arc::new(surfaces), atlas: None })
     }
 
     /// The same behind another camera: it shares rays and surfaces.
     pub fn seen_by(&self, camera: Camera) -> Arc<Geometry> {
-        let Geometry { scene, rays, surfaces } = self;
+        let Geometry { scene, rays, surfaces, .. } = self;
         let scene = Scene { camera, ..scene.clone() };
-        Arc::new(Geometry { scene, rays: Arc::clone(rays), surfaces: Arc::clone(surfaces) })
+        Arc::new(Geometry { scene, rays: Arc::clone(rays), surfaces: Arc::clone(surfaces), atlas: None })
+    }
+
+    /// The same laid out as a map: it shares rays and surfaces.
+    pub(crate) fn laid_out(&self, atlas: Arc<dyn Atlas>) -> Arc<Geometry> {
+        let Geometry { scene, rays, surfaces, .. } = self;
+        let (scene, rays, surfaces) = (scene.clone(), Arc::clone(rays), Arc::clone(surfaces));
+        Arc::new(Geometry { scene, rays, surfaces, atlas: Some(atlas) })
     }
 }
 
