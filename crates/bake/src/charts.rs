@@ -8,7 +8,7 @@
 
 use std::collections::BTreeMap;
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec2Swizzles as _};
 use rustc_hash::FxHashMap;
 
 use crate::clip::overlap;
@@ -148,7 +148,13 @@ fn flat(part: &Part, normals: &[DVec3], faces: &[usize]) -> Chart {
         if next.2.element_product() < best.2.element_product() * (1.0 - 1e-6) { next } else { best }
     };
     let (axes, low, size) = edges.map(along).reduce(least).expect("a chart has a face");
-    let place = |x: DVec3| DVec2::from(axes.map(|axis| axis.dot(x))) - low;
+    // The longer side lies: pieces of like height are packed side by side.
+    let stands = size.y > size.x;
+    let place = |x: DVec3| {
+        let at = DVec2::from(axes.map(|axis| axis.dot(x))) - low;
+        if stands { DVec2::new(at.y, size.x - at.x) } else { at }
+    };
+    let size = if stands { size.yx() } else { size };
     Chart { triangles: faces.iter().map(|&k| (k, part.triangles[k].corners.map(place))).collect(), size }
 }
 

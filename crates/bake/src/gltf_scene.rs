@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! rho        base colour, with its texture         E    emissive factor times KHR_materials_emissive_strength
+//! gloss      none: KHR_materials_specular of factor 0
 //! positions  metres                                 TEXCOORD_0 the texture's, TEXCOORD_1 the map's
 //! ```
 //!
@@ -60,14 +61,16 @@ fn material_of(glb: &mut Glb, material: &Material) -> Result<Value, BakeError> {
         let sampler = json!({ "magFilter": 9729, "minFilter": 9987, "wrapS": s, "wrapT": t });
         diffuse["baseColorTexture"] = json!({ "index": glb.texture(&material.name, &png, sampler) });
     }
-    let mut own = json!({ "name": material.name, "pbrMetallicRoughness": diffuse });
+    let matt = json!({ "KHR_materials_specular": { "specularFactor": 0.0 } });
+    let mut own = json!({ "name": material.name, "pbrMetallicRoughness": diffuse, "extensions": matt });
+    glb.uses("KHR_materials_specular");
     if material.sides == Sides::Two {
         own["doubleSided"] = true.into();
     }
     let strength = material.emission.max_element();
     if strength > 0.0 {
         own["emissiveFactor"] = json!((material.emission / strength).to_array());
-        own["extensions"] = json!({ "KHR_materials_emissive_strength": { "emissiveStrength": strength } });
+        own["extensions"]["KHR_materials_emissive_strength"] = json!({ "emissiveStrength": strength });
         glb.uses("KHR_materials_emissive_strength");
     }
     Ok(own)

@@ -191,7 +191,7 @@ mod tests {
             let apart = |[a, b]: &[DVec2; 2]| (*a - *high).max(*low - *b).max_element();
             assert!(rectangles[..k].iter().all(|other| apart(other) >= 6.0 - 1e-9));
         }
-        assert!(layout.scale > 40.0, "{}", layout.scale);
+        assert!(layout.scale > 36.0, "{}", layout.scale);
     }
 
     #[test]
