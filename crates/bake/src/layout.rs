@@ -6,8 +6,8 @@
 //!
 //! Not handled: pieces turned by a right angle to pack more tightly; several maps.
 
-use etagere::{AtlasAllocator, size2};
 use glam::DVec2;
+use guillotiere::{AtlasAllocator, size2};
 
 use crate::charts::{Chart, charts, without_chart};
 use crate::clip::{doubled_area, overlap};
@@ -55,7 +55,7 @@ impl Layout {
             let charts = if own.has_charts() { vec![given(own)?] } else { charts(own) };
             pieces.extend(charts.into_iter().map(|chart| Piece { part, chart }));
         }
-        // Higher ones first, as shelves are filled.
+        // Higher ones first: what they leave takes the others.
         pieces
             .sort_by(|a, b| b.chart.size.y.total_cmp(&a.chart.size.y).then(b.chart.size.x.total_cmp(&a.chart.size.x)));
         let (scale, corners) = packed(&pieces, texels, padding)?;
@@ -150,10 +150,10 @@ fn packed(pieces: &[Piece], texels: usize, padding: usize) -> Result<(f64, Vec<D
 
 /// The corners of the pieces at a scale; none where they do not fit.
 fn fitted(pieces: &[Piece], texels: usize, padding: usize, scale: f64) -> Option<Vec<DVec2>> {
-    let mut shelves = AtlasAllocator::new(size2(texels as i32, texels as i32));
+    let mut free = AtlasAllocator::new(size2(texels as i32, texels as i32));
     let place = |piece: &Piece| {
         let length = |x: f64| (scale * x - 1e-6).ceil().max(1.0) as i32 + 2 * padding as i32;
-        let found = shelves.allocate(size2(length(piece.chart.size.x), length(piece.chart.size.y)))?;
+        let found = free.allocate(size2(length(piece.chart.size.x), length(piece.chart.size.y)))?;
         let corner = found.rectangle.min;
         Some(DVec2::new(f64::from(corner.x), f64::from(corner.y)) + padding as f64)
     };
