@@ -12,6 +12,7 @@
 
 use std::path::{Path, PathBuf};
 
+use glam::DVec2;
 use halflight::Scene;
 use halflight::pictures::{
     Exposure, NamedPicture, Shows, encode_texels, make_directory, unlike, write_layered, write_whole,
@@ -24,6 +25,7 @@ use crate::coding::{range, rgbm, srgb};
 use crate::error::BakeError;
 use crate::gltf_file::GltfFile;
 use crate::gltf_scene::scene_with_lightmap;
+use crate::layout::Layout;
 use crate::parts::{Part, SceneFaces, of_scene};
 
 /// What shows the maps: the file of the scene where it is glTF, else the scene itself.
@@ -50,8 +52,25 @@ impl Model {
         if GltfFile::is(path) {
             return Ok(Model::Gltf(Box::new(GltfFile::open(path)?)));
         }
+        Ok(Model::of(scene))
+    }
+
+    /// Of a scene alone, whatever file it is from.
+    pub fn of(scene: &Scene) -> Model {
         let (parts, faces) = of_scene(scene);
-        Ok(Model::Scene(SceneModel { parts, faces }))
+        Model::Scene(SceneModel { parts, faces })
+    }
+
+    /// Where the corners of each of so many faces of a scene lie in its map, shares of the map's sides from the upper
+    /// left; 0 of a glTF file, whose triangles are no faces.
+    pub fn face_places(&self, layout: &Layout, faces: usize) -> Vec<[DVec2; 3]> {
+        let mut places = vec![[DVec2::ZERO; 3]; faces];
+        if let Model::Scene(model) = self {
+            for (part, own) in model.faces.iter().enumerate() {
+                own.faces.iter().zip(layout.shares(part)).for_each(|(face, place)| places[*face as usize] = place);
+            }
+        }
+        places
     }
 
     /// Its parts.
