@@ -40,19 +40,19 @@ await page.waitForFunction(() => window.ready === true, undefined, { timeout: 60
   throw new Error(`the page is not ready: ${errors.join("; ")}`);
 });
 await page.screenshot({ path: shot });
-const pixels = await page.evaluate((side) => {
+const pixels = await page.evaluate((across) => {
   const POINTS = 8;
   const { THREE, scene, camera, renderer } = window;
-  const points = POINTS * side;
+  const points = POINTS * across;
   const target = new THREE.WebGLRenderTarget(points, points, { type: THREE.FloatType });
   renderer.setRenderTarget(target);
   renderer.render(scene, camera);
   const values = new Float32Array(4 * points * points);
   renderer.readRenderTargetPixels(target, 0, 0, points, points, values);
-  const sums = new Array(3 * side * side).fill(0);
+  const sums = new Array(3 * across * across).fill(0);
   for (let k = 0; k < points * points; k++) {
-    const [x, y] = [Math.floor((k % points) / POINTS), side - 1 - Math.floor(k / points / POINTS)];
-    for (let c = 0; c < 3; c++) sums[3 * (y * side + x) + c] += values[4 * k + c] / (POINTS * POINTS);
+    const [x, y] = [Math.floor((k % points) / POINTS), across - 1 - Math.floor(k / points / POINTS)];
+    for (let c = 0; c < 3; c++) sums[3 * (y * across + x) + c] += values[4 * k + c] / (POINTS * POINTS);
   }
   return sums;
 }, Number(side));
