@@ -40,10 +40,10 @@ pub(crate) fn ktx2(size: [usize; 3], texels: &[Vec3]) -> Vec<u8> {
 
 /// The description: linear RGBA of BT.709's primaries, eight bytes a texel, four signed floats of 16 bits.
 fn describe(word: &mut impl FnMut(u32)) {
-    [DESCRIPTION, 0, 2 | (DESCRIPTION - 4) << 16, 1 | 1 << 8 | 1 << 16, 0, 8, 0].into_iter().for_each(&mut *word);
+    [DESCRIPTION, 0, 2 | ((DESCRIPTION - 4) << 16), 1 | (1 << 8) | (1 << 16), 0, 8, 0].into_iter().for_each(&mut *word);
     for (k, channel) in [0, 1, 2, 15].into_iter().enumerate() {
         let floats = 0xC0;
-        [16 * k as u32 | 15 << 16 | (channel | floats) << 24, 0, (-1.0_f32).to_bits(), 1.0_f32.to_bits()]
+        [(16 * k as u32) | (15 << 16) | ((channel | floats) << 24), 0, (-1.0_f32).to_bits(), 1.0_f32.to_bits()]
             .into_iter()
             .for_each(&mut *word);
     }

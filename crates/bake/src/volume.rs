@@ -109,7 +109,7 @@ impl Kind {
     /// Directions that irradiance is measured in, with their weights in the coefficients.
     fn directions(self) -> Vec<(DVec3, f64)> {
         let axes = CUBE.into_iter().map(|n| (n, AXIS));
-        let sign = |k: usize, bit: usize| if k >> bit & 1 == 0 { 1.0 } else { -1.0 };
+        let sign = |k: usize, bit: usize| if (k >> bit) & 1 == 0 { 1.0 } else { -1.0 };
         let diagonal = |k: usize| DVec3::new(sign(k, 0), sign(k, 1), sign(k, 2)).normalize();
         match self {
             Kind::Cube => axes.collect(),

@@ -37,7 +37,7 @@ fn thick() -> String {
     let mut solid = |name: &str, low: [f64; 3], high: [f64; 3]| {
         text += &format!("o {name}\n");
         for k in 0..8 {
-            let at = |axis: usize| if k >> axis & 1 == 0 { low[axis] } else { high[axis] };
+            let at = |axis: usize| if (k >> axis) & 1 == 0 { low[axis] } else { high[axis] };
             text += &format!("v {} {} {}\n", at(0), at(1), at(2));
         }
         for face in [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]] {
