@@ -15,7 +15,7 @@ use glam::{Vec2, Vec3};
 
 use crate::pictures::Size;
 use crate::rays::{Hit, Ray};
-use crate::surfaces::geometry::SurfacePoint;
+use crate::surfaces::surface_point::SurfacePoint;
 
 /// A map of surfaces.
 pub trait Atlas: Send + Sync {
@@ -23,8 +23,8 @@ pub trait Atlas: Send + Sync {
     fn size(&self) -> Size;
 
     /// The point of a texel, counted row by row, that belongs to a place in the unit square, so that equal areas of the
-    /// square are equal areas of what the texel shows: unit coordinates, with the normal of the side that is meant. None
-    /// where the texel shows nothing.
+    /// square are equal areas of what the texel shows: unit coordinates, with the normal of the side that is meant.
+    /// None where the texel shows nothing.
     fn point(&self, texel: usize, at: Vec2) -> Option<SurfacePoint>;
 
     /// How wide a texel is on the surfaces that it shows, unit coordinates.

@@ -8,6 +8,8 @@ pub(crate) mod coplanar;
 pub(crate) mod discontinuities;
 pub(crate) mod face_means;
 pub(crate) mod geometry;
+pub(crate) mod surface_point;
 
 pub use atlas::Atlas;
-pub use geometry::{Geometry, SurfacePoint, Surfaces};
+pub use geometry::{Geometry, Surfaces};
+pub use surface_point::SurfacePoint;

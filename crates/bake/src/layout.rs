@@ -1,8 +1,8 @@
 //! The map: where each chart of each part lies in it, at one number of texels a metre.
 //!
 //! Parts whose file has charts keep them: the rectangle around all of them is one piece, as large as their area asks
-//! for. All pieces are packed with a border of so many texels, at the largest scale at which they fit. A piece begins at
-//! the edge of a texel.
+//! for. All pieces are packed with a border of so many texels, at the largest scale at which they fit. A piece begins
+//! at the edge of a texel.
 //!
 //! Not handled: pieces turned by a right angle to pack more tightly; several maps.
 

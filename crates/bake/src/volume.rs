@@ -13,8 +13,8 @@
 //! Points are the middles of the cells that a box is divided into. Those inside of solids are marked, and have the mean
 //! of those around them that are not.
 //!
-//! Bevy's layout: a texture of (Rx, 2 Ry, 3 Rz) texels, E/pi of the faces x, y and z one behind another along z, of each
-//! the positive half at y, the negative one at Ry + y.
+//! Bevy's layout: a texture of (Rx, 2 Ry, 3 Rz) texels, E/pi of the faces x, y and z one behind another along z, of
+//! each the positive half at y, the negative one at Ry + y.
 //!
 //! Not handled: cells of different sizes; errors of fits to the cells between points.
 
@@ -238,7 +238,7 @@ pub struct VolumeReport {
     pub grid: Grid,
     /// `ambient cube` or `spherical harmonics`.
     pub kind: &'static str,
-    /// The lowest corner of the box, the file's units: a cube of Bevy is scaled by the difference and moved to the mean.
+    /// The lowest corner of the box, the file's units: Bevy's cube is scaled by the difference and moved to the mean.
     pub low: [f64; 3],
     /// The highest.
     pub high: [f64; 3],

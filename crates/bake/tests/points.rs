@@ -72,8 +72,8 @@ const HALVES: [(&str, &str); 2] = [
     L_ROOM[1],
 ];
 
-/// The halves' charts lie apart in the map: texels beside the seam differ by their errors and by what light changes from
-/// one to the next.
+/// The halves' charts lie apart in the map: texels beside the seam differ by their errors and by what light changes
+/// from one to the next.
 #[test]
 fn texels_on_both_sides_of_a_seam_agree() {
     let folder = folder(&HALVES);

@@ -1,8 +1,8 @@
 //! `halflight bake`: its files, its errors; and in a real viewer whether a baked room looks as it is rendered.
 //!
 //! The viewer is three.js in Chromium without a window, as `explore`'s tests find it; HALFLIGHT_PLAYWRIGHT names the
-//! folder of the npm package playwright-core, beside which npm's `three` is looked for. Tests say that they were skipped
-//! where these are missing. Not handled: other viewers.
+//! folder of the npm package playwright-core, beside which npm's `three` is looked for. Tests say that they were
+//! skipped where these are missing. Not handled: other viewers.
 
 use std::fs;
 use std::path::{Path, PathBuf};
