@@ -2,8 +2,8 @@
 //!
 //! A map is a picture of surfaces laid out flat ([`halflight::surfaces::Atlas`]): texel by texel the irradiance that
 //! arrives there, to a stated error, without a GPU. The light of each luminaire may have a map of its own, so that
-//! lamps can be dimmed where the maps are shown. Files are glTF with `MOZ_lightmap`, OpenEXR and PNG; a volume is what Bevy
-//! reads, or spherical harmonics.
+//! lamps can be dimmed where the maps are shown. Files are glTF with `MOZ_lightmap`, OpenEXR and PNG; a volume is what
+//! Bevy reads, or spherical harmonics.
 //!
 //! | module | has |
 //! |---|---|
