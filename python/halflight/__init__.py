@@ -13,6 +13,7 @@ shadowless, one-bounce and local illumination, and everything between.
 :func:`factors`, :func:`patch_factors`  form factors between objects, and between patches
 :func:`stability_map`                   where the series converges, over the (alpha, tau) square
 :func:`relight`, :func:`explore`        lamps of other strengths without a ray; a page to play with
+:func:`bake`                            lightmaps, and a glTF file that uses them
 :func:`open`                            what :meth:`Solution.save` kept
 ======================================  =================================================================
 
@@ -22,6 +23,7 @@ Lengths are in the scene's units, radiances in W/(m² sr), irradiances in W/m²,
 
 from typing import TYPE_CHECKING, Any
 
+from halflight._bake import LightMaps, bake
 from halflight._bounces import Bounce, Bounces
 from halflight._camera import Camera
 from halflight._errors import (
@@ -68,6 +70,7 @@ __all__ = [
     "HalflightError",
     "Irradiance",
     "Lamps",
+    "LightMaps",
     "Material",
     "Mesh",
     "Operator",
@@ -89,6 +92,7 @@ __all__ = [
     "Texture",
     "ToleranceWarning",
     "__version__",
+    "bake",
     "bounces",
     "box",
     "cornell_box",

@@ -8,6 +8,44 @@ from pathlib import Path
 from typing import SupportsFloat, SupportsIndex, final
 
 @final
+class Baked:
+    """
+    Maps of a scene: `halflight.LightMaps`.
+    """
+    def coverage(self, /) -> Incomplete:
+        """
+        The share of each texel that shows something.
+        """
+    def errors(self, /) -> list[tuple[float, float]]:
+        """
+        RMS irradiance, W/m², and estimated relative error: of all light, then of the luminaires.
+        """
+    def luminaires(self, /) -> list[str]:
+        """
+        Names of the luminaires that are kept apart.
+        """
+    def map(self, /, lamp: SupportsIndex | None = None) -> tuple[Incomplete, Incomplete]:
+        """
+        Irradiance, and its standard error, W/m²: of all light, or of luminaire number `lamp`.
+        """
+    def save(self, /, folder: str | PathLike[str], name: str, errors: bool) -> list[Path]:
+        """
+        Writes what the program's `bake` writes into a folder; returns the files.
+        """
+    def taken(self, /) -> tuple[float, int, int, float, bool]:
+        """
+        Texels a unit of the file, patches, rays and seconds; and whether the error is at most the tolerance.
+        """
+    def uv(self, /) -> Incomplete:
+        """
+        Where the corners of every face lie in the map, shares of its sides from the upper left.
+        """
+    def why(self, /) -> str | None:
+        """
+        Why the error is above the tolerance.
+        """
+
+@final
 class Between:
     """
     Form factors between patches: `halflight.PatchFactors`.
@@ -438,6 +476,11 @@ def assemble(scene: Scene, mode: tuple[SupportsFloat | SupportsIndex, SupportsFl
 def assemble_kept(scene: Scene, mode: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], fineness: tuple[SupportsIndex, SupportsIndex], luminaires: bool, factors: Incomplete, asked: Incomplete) -> System:
     """
     The same with rows of F that are known.
+    """
+
+def bake(scene: Scene, mode: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], effort: Incomplete, asked: Incomplete) -> Baked:
+    """
+    Bakes the light of a scene onto its surfaces.
     """
 
 def bounces(scene: Scene, mode: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], count: SupportsIndex, aim: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex | None], luminaires: bool, asked: Incomplete) -> tuple[System, Series]:

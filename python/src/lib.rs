@@ -12,6 +12,7 @@
 //! Not handled: subinterpreters, and Python without the interpreter's lock.
 
 mod arrays;
+mod bake;
 mod errors;
 mod explore;
 mod factors;
@@ -30,6 +31,8 @@ use pyo3::prelude::*;
 /// The module `halflight._native`.
 #[pymodule]
 mod _native {
+    #[pymodule_export]
+    use super::bake::{Baked, bake};
     #[pymodule_export]
     use super::explore::explore;
     #[pymodule_export]

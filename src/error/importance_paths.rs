@@ -26,6 +26,7 @@ use glam::DVec3;
 use halflight_team::{Loop, Travels};
 use rayon::prelude::*;
 
+use crate::light::Rgb;
 use crate::rays::sobol::{Sobol, Stream, hash};
 use crate::rays::{FAN, Fan};
 use crate::reading::reflection::{Memory, Met, Reflection, SurfaceHit, Walker};
@@ -206,14 +207,17 @@ impl<'a> PathTracer<'a> {
         let view = walker.view;
         let ray = view.camera_ray(k, random.uniform(), random.uniform());
         memory.scratch.cast += 1;
-        let Some(hit) = view.rays.closest(&ray) else {
+        let Some(hit) = view.rays.closest(&ray).filter(|hit| view.is_looked_at(&ray, hit)) else {
             return vertices;
         };
         // What the camera sees reflects rho whatever its alpha.
         let Some(seen) = walker.met(&ray, &hit, 1.0) else {
             return vertices;
         };
-        let mut weight = walker.rho_within(&seen, view.scene.camera.pixel(view.height));
+        let mut weight = match view.atlas {
+            None => walker.rho_within(&seen, view.scene.camera.pixel(view.height)),
+            Some(_) => shown_in_map(view, &seen),
+        };
         if weight == DVec3::ZERO {
             return vertices;
         }
@@ -244,6 +248,11 @@ impl<'a> PathTracer<'a> {
         }
         reflection
     }
+}
+
+/// What a map shows of light at a point: all of it, unless the surface reflects nothing.
+fn shown_in_map(view: &View, at: &SurfaceHit) -> DVec3 {
+    if view.scene.material(at.face).rho == Rgb::ZERO { DVec3::ZERO } else { DVec3::ONE }
 }
 
 /// One of the points met, drawn in proportion to the transmittance to it, and the sum of all transmittances.

@@ -69,7 +69,6 @@ impl<'a> GatherSettings<'a> {
     /// The first estimate; rounds of sampling correct it.
     pub(crate) fn new(view: &View, fields: &Fields, gathering: &Gathering, told: &Told<'a>) -> GatherSettings<'a> {
         let nearing = Nearing { told: *told, squared: 0.0, camera: 1.0 };
-        let pixel = view.scene.camera.pixel(view.height);
         match *gathering {
             Gathering::Uniform(sampling) => GatherSettings {
                 plan: Plan { first: (sampling.camera / 2).max(1), noise: None, limit: Limit::NONE, nearing },
@@ -78,7 +77,6 @@ impl<'a> GatherSettings<'a> {
                     rays: (sampling.camera * sampling.hemisphere / 2).max(1),
                     radius: RADIUS,
                     least: 0.0,
-                    pixel,
                     seed: sampling.seed,
                 },
                 camera: CameraSampling {
@@ -104,7 +102,6 @@ impl<'a> GatherSettings<'a> {
                         rays: ((RAYS * fineness.powf(1.4)) as u32).max(16),
                         radius: RADIUS * fineness.powf(-0.5),
                         least: LEAST_RADIUS * fineness.powf(-0.3),
-                        pixel,
                         seed,
                     },
                     camera: CameraSampling { tabled: 64, visibility: 1, seed },

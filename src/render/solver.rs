@@ -23,7 +23,7 @@ use crate::render::rendered::{LightOnPatches, Rendered};
 use crate::render::search::solved::Task;
 use crate::scene::Scene;
 use crate::solve::{Diverges, Settings, neumann};
-use crate::surfaces::Geometry;
+use crate::surfaces::{Atlas, Geometry};
 
 /// The tolerance that patches are cut for before one is asked for.
 const TOLERANCE: f64 = 0.01;
@@ -137,6 +137,13 @@ impl Solver {
     /// Takes rows of F from a source that may know some.
     pub fn rows(mut self, rows: Arc<dyn RowSource>) -> Solver {
         self.last.get_mut().unwrap_or_else(PoisonError::into_inner).1.rows = rows;
+        self
+    }
+
+    /// Makes maps of irradiance over pi, W/(m² sr), in place of pictures: of what an atlas lays out.
+    pub fn laid_out(mut self, atlas: Arc<dyn Atlas>) -> Solver {
+        let last = self.last.get_mut().unwrap_or_else(PoisonError::into_inner);
+        last.1.geometry = last.1.geometry.laid_out(atlas);
         self
     }
 

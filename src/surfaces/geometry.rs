@@ -1,16 +1,17 @@
 //! What no choice of patches, light or mode changes, made once for a scene: its rays, its surfaces, where they touch,
-//! its normals; and points of it.
+//! its normals.
 //!
-//! Not handled: patches; the patch a point belongs to, which [`Patches::at`](crate::patches::Patches::at) finds;
-//! emitters by closed form, which [`crate::direct::Luminaires`] finds.
+//! Not handled: patches; points ([`crate::surfaces::SurfacePoint`]); emitters by closed form, which
+//! [`crate::direct::Luminaires`] finds.
 
 use std::sync::Arc;
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::rays::{End, Rays};
+use crate::rays::Rays;
 use crate::scene::{Camera, Scene};
+use crate::surfaces::atlas::Atlas;
 use crate::surfaces::coplanar;
 use crate::surfaces::coplanar::Surface;
 use crate::surfaces::discontinuities::Discontinuities;
@@ -24,6 +25,8 @@ pub struct Geometry {
     pub rays: Arc<Rays>,
     /// Its surfaces.
     pub surfaces: Arc<Surfaces>,
+    /// What pictures show in place of what the camera sees.
+    pub(crate) atlas: Option<Arc<dyn Atlas>>,
 }
 
 impl Geometry {
@@ -31,14 +34,21 @@ impl Geometry {
     pub fn new(scene: Scene) -> Arc<Geometry> {
         let rays = Rays::new(&scene);
         let surfaces = Surfaces::new(&scene, &rays);
-        Arc::new(Geometry { scene, rays: Arc::new(rays), surfaces: Arc::new(surfaces) })
+        Arc::new(Geometry { scene, rays: Arc::new(rays), surfaces: Arc::new(surfaces), atlas: None })
     }
 
     /// The same behind another camera: it shares rays and surfaces.
     pub fn seen_by(&self, camera: Camera) -> Arc<Geometry> {
-        let Geometry { scene, rays, surfaces } = self;
+        let Geometry { scene, rays, surfaces, .. } = self;
         let scene = Scene { camera, ..scene.clone() };
-        Arc::new(Geometry { scene, rays: Arc::clone(rays), surfaces: Arc::clone(surfaces) })
+        Arc::new(Geometry { scene, rays: Arc::clone(rays), surfaces: Arc::clone(surfaces), atlas: None })
+    }
+
+    /// The same laid out as a map: it shares rays and surfaces.
+    pub(crate) fn laid_out(&self, atlas: Arc<dyn Atlas>) -> Arc<Geometry> {
+        let Geometry { scene, rays, surfaces, .. } = self;
+        let (scene, rays, surfaces) = (scene.clone(), Arc::clone(rays), Arc::clone(surfaces));
+        Arc::new(Geometry { scene, rays, surfaces, atlas: Some(atlas) })
     }
 }
 
@@ -65,32 +75,5 @@ impl Surfaces {
             normals: normals.into(),
             means: FaceMeans::new(scene),
         }
-    }
-}
-
-/// A point on one side of a face, that sends or receives light there.
-#[derive(Clone, Copy, Debug)]
-pub struct SurfacePoint {
-    /// Unit coordinates.
-    pub position: Vec3,
-    /// Unit normal of the side.
-    pub normal: Vec3,
-    /// The face it lies on; [`SurfacePoint::NO_FACE`] for a point in the air.
-    pub face: u32,
-}
-
-impl SurfacePoint {
-    /// The face of points that lie on none.
-    pub const NO_FACE: u32 = u32::MAX;
-
-    /// The face that rays from the point cannot meet.
-    #[inline]
-    pub fn source(&self) -> Option<u32> {
-        (self.face != SurfacePoint::NO_FACE).then_some(self.face)
-    }
-
-    /// The point as an end of a visibility ray.
-    pub fn end(&self) -> End {
-        (self.position, self.source())
     }
 }

@@ -14,6 +14,7 @@ use halflight::pictures::{ImageError, MetricError, WriteError};
 use halflight::render::{PictureUnfit, RenderError, Stored, Unfit};
 use halflight::scene::SceneError;
 use halflight::solve::{Diverges, Verdict};
+use halflight_bake::BakeError;
 use halflight_explore::PageError;
 use halflight_export::kept::KeptError;
 use halflight_lighting::{LampError, SensorError};
@@ -88,6 +89,10 @@ pub enum CliError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Lamps(#[from] LampError),
+    /// Charts of a scene cannot be baked, or its glTF file not written back: exit code 3.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Bake(BakeError),
     /// What an earlier run kept is not what is needed: exit code 3.
     #[error("{message}")]
     #[diagnostic(code(halflight::relight))]
@@ -118,7 +123,7 @@ impl CliError {
             CliError::Image(ImageError::Read { .. } | ImageError::Decode { .. }) => 3,
             CliError::Image(_) | CliError::Write(_) | CliError::Chart(_) => 1,
             CliError::Kept(KeptError::Write(_) | KeptError::Occupied { .. }) => 1,
-            CliError::Kept(_) | CliError::Lamps(_) | CliError::Relight { .. } => 3,
+            CliError::Kept(_) | CliError::Lamps(_) | CliError::Relight { .. } | CliError::Bake(_) => 3,
             CliError::Scene(_) | CliError::Metric(_) | CliError::Sensor(_) => 3,
             CliError::Diverges(e) if e.verdict == Verdict::Undecided => 6,
             CliError::Diverges(_) | CliError::Overflow(_) => 4,
@@ -150,6 +155,18 @@ pub fn picture_or_divergence(found: Result<Rendered, RenderError>) -> Result<Res
         Ok(rendered) => Ok(Ok(rendered)),
         Err(RenderError::Diverges(e)) => Ok(Err(e)),
         Err(RenderError::Memory(unfit)) => Err(unfit.into()),
+    }
+}
+
+impl From<BakeError> for CliError {
+    fn from(error: BakeError) -> CliError {
+        match error {
+            BakeError::Render(RenderError::Diverges(e)) => e.into(),
+            BakeError::Render(RenderError::Memory(e)) => e.into(),
+            BakeError::Image(e) => e.into(),
+            BakeError::Write(e) => e.into(),
+            own => CliError::Bake(own),
+        }
     }
 }
 

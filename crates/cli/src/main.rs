@@ -16,6 +16,7 @@
 //! look for it. SIGTERM and SIGHUP count the same. Where one of the three is already ignored or handled, as under
 //! `nohup`, all three stay as they are. Only place for `ctrlc`.
 
+pub(crate) mod bake;
 pub(crate) mod bounces;
 pub(crate) mod console;
 pub(crate) mod diff;
@@ -44,6 +45,7 @@ use clap_complete::Shell;
 use halflight_team as team;
 use serde::Serialize;
 
+use crate::bake::Bake;
 use crate::bounces::Bounces;
 use crate::console::Console;
 use crate::diff::Diff;
@@ -104,6 +106,8 @@ enum Command {
     Render(Render),
     /// Study the bounce series E, KE, K²E, ... of a scene
     Bounces(Bounces),
+    /// Bake lightmaps, or an irradiance volume, with a glTF file that uses them: no GPU is needed
+    Bake(Bake),
     /// Chart speed against accuracy: error over time of every method and setting, and where the time goes
     Chart(Chart),
     /// Compare Neumann, shooting and path tracing on one scene: error against time, and whether they agree
@@ -218,6 +222,7 @@ fn run(Cli { command, common }: Cli) -> Result<(), CliError> {
     match &command {
         Command::Render(own) => render::run(own, &common, &console),
         Command::Bounces(own) => bounces::run(own, &common, &console),
+        Command::Bake(own) => bake::run(own, &common, &console),
         Command::Chart(own) => studies::chart(own, &common, &console),
         Command::Compare(own) => studies::compare(own, &common, &console),
         Command::Diff(own) => diff::run(own, &common, &console),

@@ -81,8 +81,9 @@ impl<'a> CameraRays<'a> {
     pub(crate) fn new(view: &'a View, fields: &'a Fields, sampling: &CameraSampling) -> CameraRays<'a> {
         let visibility = sampling.visibility.max(1);
         let sobol = Sobol::new((sampling.tabled * view.lights.points(visibility)) as usize, 4);
-        let (seed, dark, highlights) = (sampling.seed, fields.is_dark(), Highlights::new(view.lights));
-        let textured = view.scene.is_textured();
+        let (seed, dark, is_map) = (sampling.seed, fields.is_dark(), view.atlas.is_some());
+        let highlights = Highlights::new(view.lights).filter(|_| !is_map);
+        let textured = !is_map && view.scene.is_textured();
         CameraRays { view, fields, sobol, visibility, seed, dark, textured, highlights }
     }
 
@@ -196,11 +197,11 @@ impl<'a> CameraRays<'a> {
         let one = move |(hit, share): (Hit, f32)| {
             let key = self.key(hit.face, hit.side);
             let position = view.met_at(&ray, &hit);
-            let rho = view.scene.rho_at(hit.face, position);
+            let rho = view.shown_rho(hit.face, position);
             SeenPoint { index, at: at.as_dvec2(), hit, position, key, rho, mean: None, share }
         };
         let cell = || cell_corners(at, cells).map(|corner| view.camera_ray(k, corner.x, corner.y));
-        view.rays.seen(&ray, cell).into_iter().map(one)
+        view.rays.seen(&ray, cell).into_iter().filter(move |(hit, _)| view.is_looked_at(&ray, hit)).map(one)
     }
 
     /// Calls `each` with the faces that emit to a place of pixel k, and their light; each ray stands for one of
@@ -208,7 +209,7 @@ impl<'a> CameraRays<'a> {
     pub(crate) fn emission_at(&self, k: usize, at: Vec2, cells: u32, mut each: impl FnMut(u32, DVec3)) {
         let ray = CameraRay { cells, ..self.camera_ray(k, 0, 0, 1) };
         for SeenPoint { hit, position, share, .. } in self.seen_at(k, ray, at) {
-            let emitted = self.view.scene.emitted_at(hit.face, position).visible;
+            let emitted = self.view.shown_emission(hit.face, position);
             if emitted != Rgb::ZERO && self.view.patches.at(hit.face, hit.side, position).is_some() {
                 each(hit.face, f64::from(share) * emitted.as_dvec3());
             }
@@ -237,7 +238,7 @@ impl<'a> CameraRays<'a> {
             pixel.met.backs += u32::from(view.scene.material(hit.face).rho != Rgb::ZERO);
             return false;
         };
-        let emitted = view.scene.emitted_at(hit.face, position).visible.as_dvec3();
+        let emitted = view.shown_emission(hit.face, position).as_dvec3();
         let emits = emitted != DVec3::ZERO;
         pixel.light.emitted[ray.half] += share * emitted;
         if let Some(emitter) = self.emitter(hit.face).filter(|_| emits) {

@@ -35,8 +35,11 @@ impl<'a> Projection<'a> {
         (depth > NEAR).then(|| 0.5 * self.size + DVec2::new(x, y) / depth)
     }
 
-    /// A face, if some of it lies in the picture.
+    /// A face, if some of it lies in the picture; none in a map, which no camera projects.
     pub(crate) fn face(&self, face: u32) -> Option<[DVec2; 3]> {
+        if self.view.atlas.is_some() {
+            return None;
+        }
         let [a, b, c] = self.view.scene.corners(face).map(|corner| self.point(corner.as_dvec3()));
         let polygon = [a?, b?, c?];
         let bounds = Bounds::of(polygon);

@@ -42,8 +42,6 @@ pub(crate) struct Density {
     pub radius: f64,
     /// The least valid radius in pixels, whatever surrounds a record.
     pub least: f64,
-    /// Width of a pixel a unit distance from the camera.
-    pub pixel: f64,
     /// Chooses the scrambling of the rays.
     pub seed: u32,
 }
@@ -208,7 +206,7 @@ impl RecordedLight {
         self.values.truncate(first * self.fields);
         for p in &records[first..] {
             self.values.extend(p.means());
-            let least = density.least * density.pixel * p.distance;
+            let least = density.least * p.pixel;
             self.supports.push(Support {
                 place: p.place(),
                 radius: (density.radius * p.surroundings()).min(1.0).max(least),

@@ -53,8 +53,8 @@ pub(crate) struct Record {
     pub layer: Layer,
     /// The number of its guiding density.
     pub density: u32,
-    /// Distance from the camera.
-    pub distance: f64,
+    /// Width of the pixel there.
+    pub pixel: f64,
     /// Rays of each half cast so far.
     pub rays: u32,
     /// Sum over the rays of their inverse lengths.
@@ -175,12 +175,11 @@ impl<'a> RecordCaster<'a> {
 
     /// A record of a layer, without rays.
     pub(crate) fn record(&mut self, layer: &Layer, site: Site) -> Record {
-        let camera = self.camera_rays.view.scene.camera.position.as_dvec3();
         let none = || vec![DVec3::ZERO; self.final_gather.count()];
         Record {
             site,
             layer: layer.clone(),
-            distance: layer.first.position.as_dvec3().distance(camera),
+            pixel: self.camera_rays.view.pixel_at(site.pixel, layer.first.position),
             rays: 0,
             nearness: 0.0,
             sums: [none(), none()],

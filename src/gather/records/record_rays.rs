@@ -68,7 +68,7 @@ fn shares(cache: &IrradianceCache, pixels: &[Pixel]) -> Vec<Share> {
     let variance = |i: usize| {
         let own = &cache.records[i];
         let at = &cache.light.supports[i].place;
-        let near = NEAR * own.site.spacing as f64 * cache.density.pixel * own.distance;
+        let near = NEAR * own.site.spacing as f64 * own.pixel;
         let (mut sum, mut number) = (0.0, 0.0);
         cache.light.lattice.visit(cache.light.lattice.pixel_of(i as u32), |j| {
             let other = &cache.light.supports[j as usize].place;

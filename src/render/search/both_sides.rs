@@ -17,8 +17,9 @@ const RAYS: u64 = 100;
 /// The least error of a gathered picture by walks of light, and the rays that these took.
 pub(crate) fn least_error(solved: &Solved, gathered: &Gathered, goal: &PictureGoal, cast: u64) -> (AtLeast, u64) {
     let view = solved.view(goal);
-    // What is mirrored is no part of these walks.
-    if goal.is_late() || view.scene.materials.iter().any(|material| material.gloss.is_some()) {
+    // What is mirrored is no part of these walks, and no camera looks at a map.
+    let is_map = view.atlas.is_some();
+    if is_map || goal.is_late() || view.scene.materials.iter().any(|material| material.gloss.is_some()) {
         return (AtLeast::default(), 0);
     }
     let goal = TracingGoal { size: goal.size, walks: cast / RAYS, terms: solved.terms(), seed: goal.seed };

@@ -425,7 +425,7 @@ pub fn stops(text: &str) -> Result<f32, String> {
 }
 
 /// A relative error of a picture.
-fn picture_error(text: &str) -> Result<f64, String> {
+pub fn picture_error(text: &str) -> Result<f64, String> {
     let words = "must be a number from 0.0001 to 0.5, or from 0.01% to 50%";
     match text.strip_suffix('%') {
         Some(percent) => number(percent.trim_end(), 1e-2..=50.0, words).map(|percent: f64| percent / 100.0),

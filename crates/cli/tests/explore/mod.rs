@@ -37,7 +37,7 @@ fn data(path: &str) -> String {
 }
 
 /// The browser, or nothing, which is said.
-fn browser() -> Option<PathBuf> {
+pub(crate) fn browser() -> Option<PathBuf> {
     let named = std::env::var_os("HALFLIGHT_CHROMIUM").map(PathBuf::from);
     let folders: Vec<PathBuf> =
         std::env::var_os("PATH").map(|path| std::env::split_paths(&path).collect()).unwrap_or_default();
