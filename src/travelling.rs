@@ -8,6 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::direct::many::light_cut::{Chance, LightCut, Seen, SeenSum};
 use crate::error::bounce_powers::TermPower;
+use crate::error::landings::Landing;
 use crate::form_factors::chebyshev::{Rectangle, Tiles};
 use crate::form_factors::layers::{Crossing, Row};
 use crate::form_factors::sampled::Sums;
@@ -102,7 +103,8 @@ structs! {
     CellSums { cell, sums, squares, count }
     PixelIndirect { fields, variance, auxiliary, layers, ambient }
     Site { pixel, camera_count, spacing, seed }
-    Record { site, layer, density, distance, rays, nearness, sums }
+    Record { site, layer, density, pixel, rays, nearness, sums }
+    Landing { position, face, side, power }
 }
 
 enums! {

@@ -47,13 +47,12 @@ const LEAST: usize = 12;
 const DENSE: f64 = 4.0;
 
 /// Where a walk meets a surface first.
-#[derive(serde::Serialize, serde::Deserialize)]
-struct Landing {
-    position: Vec3,
-    face: u32,
-    side: Side,
+pub(crate) struct Landing {
+    pub position: Vec3,
+    pub face: u32,
+    pub side: Side,
     /// What the visible half reflects of it, channels added, W.
-    power: f64,
+    pub power: f64,
 }
 
 /// First landings of walks from luminaires and punctual lights.

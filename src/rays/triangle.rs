@@ -30,7 +30,7 @@ pub struct Hit {
 }
 
 /// A side of a face.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Side {
     /// From which its corners run counter-clockwise.
     Front,
