@@ -128,7 +128,8 @@ fn residual(c: &mut Criterion) {
     group.sample_size(10);
     for name in ["cornell-box", "furnished-room", "two-rooms"] {
         let solved = solve(name);
-        let view = View { width: 64, height: 64, ..solved.view() };
+        let mut view = solved.view();
+        (view.width, view.height) = (64, 64);
         let pixels = view.width * view.height;
         let traced = || {
             let mut paths = ImportancePaths::new(&view, vec![1.0; pixels], 7);

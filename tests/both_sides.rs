@@ -1,4 +1,4 @@
-//! Pictures held against walks of light: what neither patches nor rays from the camera ever met is stated.
+//! Pictures held against walks of light: what neither patches nor rays from the camera ever met is found, or stated.
 
 use halflight::Solver;
 use halflight::light::Mode;
@@ -17,22 +17,47 @@ fn sunbeam(lamp: &str, seed: u32) -> Rendered {
     solver.render(Mode::Global, (64, 64)).tolerance(0.05).expect("it converges")
 }
 
-/// A path tracer's reference shows 25 % more light than the receivers of patches ever met (its two halves, 1 % apart).
+/// Means of the channels over 4 × 4 parts of the picture by the path tracer, 885,000 paths a part: 0.1 % off.
+const REFERENCE: [f64; 16] = [
+    0.1010, 0.0765, 0.0786, 0.0938, 0.1227, 0.0952, 0.0998, 0.1182, 0.1142, 0.1005, 0.1028, 0.1134, 0.1398, 0.1624,
+    0.1700, 0.1550,
+];
+
+/// The mean of the channels over 4 × 4 parts of a picture.
+fn parts(found: &Rendered) -> [f64; 16] {
+    let (picture, mut sums) = (&found.picture, [0.0; 16]);
+    for (k, pixel) in picture.pixels.iter().enumerate() {
+        let (x, y) = (4 * (k % picture.width) / picture.width, 4 * (k / picture.width) / picture.height);
+        sums[4 * y + x] += f64::from(pixel.element_sum()) / 3.0;
+    }
+    sums.map(|sum| 16.0 * sum / picture.pixels.len() as f64)
+}
+
+/// A quarter of the light is lost where receivers alone look for it. Walks find where it lands, and what is stated
+/// holds: the squared error of means is no more than that of pixels, of which the root mean square is larger, too.
 #[test]
-fn light_that_no_receiver_met_is_stated() {
+fn light_that_receivers_miss_is_found_where_walks_land() {
+    let norm = |values: &[f64]| values.iter().map(|v| v * v).sum::<f64>().sqrt();
     for seed in [0, 1, 2] {
         let found = sunbeam("10 10 10", seed);
-        let error = found.error;
-        assert!(error.total > 0.8 * 0.25, "seed {seed}: {error:?}");
-        assert!(found.unmet(0.05).is_some() && found.ended == Ended::Contradicted, "seed {seed}: {error:?}");
+        let off: Vec<f64> = parts(&found).iter().zip(REFERENCE).map(|(own, other)| own - other).collect();
+        let error = norm(&off) / norm(&REFERENCE);
+        assert!(error < found.error.total && error < 0.1, "seed {seed}: {error}, {:?}", found.error);
     }
 }
 
-/// The beam alone: all that the camera sees is reflected by walls that it lights.
+/// The beam alone: all that the camera sees is reflected by walls that it lights. The lamp alone is 0.0861 in the mean,
+/// within 0.5 %, and light adds up.
 #[test]
-fn a_dark_picture_of_a_lit_room_is_not_within_its_tolerance() {
-    let found = sunbeam("0 0 0", 0);
-    assert!(found.unmet(0.05).is_some() && found.error.total > 0.5, "{:?}", found.error);
+fn a_beam_alone_lights_a_room() {
+    let expected = REFERENCE.iter().sum::<f64>() / 16.0 - 0.0861;
+    for seed in [0, 1, 2] {
+        let found = sunbeam("0 0 0", seed);
+        let mean = parts(&found).iter().sum::<f64>() / 16.0;
+        let error = (mean / expected - 1.0).abs();
+        // What is stated is an RMS over pixels, which differ little here.
+        assert!(error < 1.2 * found.error.total && error < 0.2, "seed {seed}: {mean}, {:?}", found.error);
+    }
 }
 
 #[test]

@@ -139,7 +139,7 @@ impl Lights {
             return None;
         }
         let own = &strata[(random.uniform() * strata.len() as f32) as usize];
-        let point = own.point(&self.patches, self.patches.side(i), random.uniform(), random.uniform());
+        let point = self.patches.stratum_point(i, own, random.uniform(), random.uniform());
         Some((point, own.share * strata.len() as f64))
     }
 
@@ -272,7 +272,7 @@ impl ReceiverPoints<'_> {
     fn point(&self, (i, stratum): (usize, Option<&Stratum>), k: u32, seed: u32) -> SurfacePoint {
         let [u, v] = [0, 1].map(|d| self.sobol.point(k, d, seed));
         let patches = &self.lights.patches;
-        stratum.map_or_else(|| patches.point(i, u, v), |own| own.point(patches, patches.side(i), u, v))
+        stratum.map_or_else(|| patches.point(i, u, v), |own| patches.stratum_point(i, own, u, v))
     }
 
     /// Calls `add` with the strata of patch i and their shares of it, of all of it where it has none.

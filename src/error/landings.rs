@@ -1,23 +1,23 @@
 //! Where walks of light land first, and whether patches know of it.
 //!
 //! What a patch receives as emitted is the mean over points of it, which narrow light may all miss: a beam's disc, the
-//! sun through a slit, a lamp that touches a wall. Walks start from what emits and go where its light goes, so they land
-//! there in proportion to its power. Where n of them bring a patch the power P by portions p, and less than half of what
-//! is certain of that was received,
+//! sun through a slit, a lamp that touches a wall. Walks start from what emits and go where its light goes, so they
+//! land there in proportion to its power. Where n of them bring a patch the power P by portions p, and less than half
+//! of what is certain of that was received,
 //!
 //! ```text
 //! P - 4 sqrt(sum of p²)  >  2 pi A rho D
 //! ```
 //!
-//! the places where they lie closest together become spots, which have points of their own ([`crate::patches::spots`]). A
-//! regression tree between the landings and as many points uniform over the patch finds these
-//! places; a spot is the box around the landings of a leaf, wider by what the outermost of n leave beyond them. A spot
-//! too many changes nothing but the number of points.
+//! the places where they lie closest together become spots, which have points of their own
+//! ([`crate::patches::spots`]). A regression tree between the landings and as many points uniform over the patch finds
+//! these places; a spot is the box around the landings of a leaf, wider by what the outermost of n leave beyond them.
+//! A spot too many changes nothing but the number of points.
 //!
 //! As many walks start as light that is the tolerance's share of all lands by some hundred.
 //!
-//! Not handled: light that is reflected before; emitters that are no luminaires, whose light is in the rows of F; patches
-//! divided by light, which do not stand for all of their area.
+//! Not handled: light that is reflected before; emitters that are no luminaires, whose light is in the rows of F;
+//! patches divided by light, which do not stand for all of their area.
 
 use glam::{DVec3, Vec3};
 use halflight_team::Loop;
@@ -45,6 +45,8 @@ const MISSED: f64 = 2.0;
 const LEAST: usize = 12;
 /// How many times denser than over all of the patch they lie there.
 const DENSE: f64 = 4.0;
+/// Share of a patch's area that a spot is at most: of a larger one points and paths know.
+const SMALL: f64 = 1.0 / 64.0;
 
 /// Where a walk meets a surface first.
 pub(crate) struct Landing {
@@ -119,8 +121,16 @@ impl Landings {
         samples.extend((0..own.len()).map(anywhere).map(|point| Sample { point, light: DVec3::ZERO }));
         let mut spots = Vec::new();
         put_spots(&grow(samples), &mut spots);
+        let largest = SMALL * patches.areas()[patch];
+        spots.retain(|spot| across(spot) <= largest);
         spots
     }
+}
+
+/// The area of the largest side of a box.
+fn across(spot: &Spot) -> f64 {
+    let Vec3 { x, y, z } = spot.size();
+    f64::from((x * y).max(y * z).max(z * x))
 }
 
 /// Adds the boxes around the landings of the leaves in which they lie close together.

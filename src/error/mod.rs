@@ -1,6 +1,6 @@
 //! Errors of the light on patches, measured without patches: the residual of the equation along paths from the camera,
-//! its squared sum over sampled pixels, and walks of light from the emitters, to where they land, from surface to surface
-//! and on to the camera.
+//! its squared sum over sampled pixels, and walks of light from the emitters, to where they land, from surface to
+//! surface and on to the camera.
 //!
 //! Not handled: errors of the gather pass, which it estimates itself with `halves::Halves`; what is done about an
 //! error, which is up to [`crate::render`].

@@ -6,7 +6,8 @@
 //! patch. Cells are cut further along lines where other faces touch the surface. Rays see only the faces as loaded;
 //! [`Patches::at`] finds the patch that a hit belongs to. A two-sided face has a patch on either side.
 //!
-//! Patches have one size over the scene, but for spots of narrow light, until they are divided by light. Not handled: which size the light requires.
+//! Patches have one size over the scene, but for spots of narrow light, until they are divided by light. Not handled:
+//! which size the light requires.
 
 pub(crate) mod adjacency;
 pub(crate) mod division;
@@ -14,6 +15,7 @@ pub mod grid;
 pub(crate) mod meshing;
 pub(crate) mod scene_patches;
 pub(crate) mod spots;
+pub(crate) mod stratified;
 
 pub use adjacency::Neighbours;
 pub use division::Sample;

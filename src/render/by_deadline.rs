@@ -45,7 +45,10 @@ pub(crate) fn render_by_deadline(first: &Discretization, task: &Task) -> Result<
         let found = render_to_tolerance(cut.as_ref().unwrap_or(first), &Task { goal: &now, ..*task })?;
         let left = deadline.saturating_duration_since(Instant::now());
         let next = next_tolerance(now.tolerance, goal.tolerance, clock.elapsed(), left);
-        let found = better(best.take(), found);
+        let found = match best.take() {
+            Some(before) => before.or(found),
+            None => found,
+        };
         let Some(tolerance) = next else {
             let short = coarser || goal.is_late();
             return Ok(Rendered { ended: if short { Ended::ByTime } else { found.ended }, ..found });
@@ -61,14 +64,6 @@ fn next_tolerance(tolerance: f64, goal: f64, took: Duration, left: Duration) -> 
     let affordable = tolerance * (took.as_secs_f64() / left.as_secs_f64().max(f64::MIN_POSITIVE)).powf(1.0 / POWER);
     let next = affordable.max(goal);
     (tolerance > goal && (next == goal || next < GAIN * tolerance)).then_some(next)
-}
-
-/// The picture that states the smaller error, with the work of both.
-fn better(before: Option<Rendered>, now: Rendered) -> Rendered {
-    let Some(before) = before else { return now };
-    let (seconds, rays) = (before.seconds.plus(&now.seconds), before.rays + now.rays);
-    let best = if now.error.total <= before.error.total { now } else { before };
-    Rendered { seconds, rays, ..best }
 }
 
 #[cfg(test)]

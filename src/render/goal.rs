@@ -28,8 +28,8 @@ pub(crate) struct PictureGoal {
 }
 
 /// Rays of a pixel of the gather pass at most, in the mean, at a tolerance of [`COARSE`] or more, where no deadline is
-/// given: some five times what the most demanding of four furnished rooms takes at 2 %. Smaller tolerances may take more
-/// as their square.
+/// given: some five times what the most demanding of four furnished rooms takes at 2 %. Smaller tolerances may take
+/// more as their square.
 const MOST_RAYS: f64 = 16_384.0;
 const COARSE: f64 = 0.02;
 

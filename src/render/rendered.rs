@@ -128,6 +128,13 @@ impl Rendered {
         }
     }
 
+    /// The picture that states the smaller error, of this one and a later one, with the work of both.
+    pub(crate) fn or(self, later: Rendered) -> Rendered {
+        let (seconds, rays) = (self.seconds.plus(&later.seconds), self.rays + later.rays);
+        let best = if later.error.total <= self.error.total { later } else { self };
+        Rendered { seconds, rays, ..best }
+    }
+
     /// Whether no pixel has any light though the camera sees a surface's reflecting side.
     pub(crate) fn is_black(&self) -> bool {
         let dark = |pixel: &crate::light::Rgb| *pixel == crate::light::Rgb::ZERO;

@@ -197,7 +197,10 @@ impl Run<'_> {
             }
             let series = request.tolerance(tolerance);
             let error = tolerance.max(SEEN);
-            self.take(series, Gathering::Within { error, camera: CAMERA[1], seed, limit: Limit { deadline, rays: u64::MAX } })?;
+            self.take(
+                series,
+                Gathering::Within { error, camera: CAMERA[1], seed, limit: Limit { deadline, rays: u64::MAX } },
+            )?;
             self.measure((&solver, transport, tolerance), &stem(scene))?;
         }
         Ok(())

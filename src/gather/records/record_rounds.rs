@@ -44,8 +44,8 @@ struct Lowest {
 }
 
 impl Lowest {
-    /// Whether noise may fall further that is so high after so many rays: it fell, or there were less than twice as many
-    /// since it was lowest.
+    /// Whether noise may fall further that is so high after so many rays: it fell, or there were less than twice as
+    /// many since it was lowest.
     fn may_fall(&mut self, noise: f64, rays: u64) -> bool {
         let (before, then) = *self.found.get_or_insert((f64::INFINITY, 0));
         if noise < (1.0 - HELPS) * before {

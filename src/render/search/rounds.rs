@@ -60,14 +60,33 @@ const MARGIN: f64 = 1.1;
 /// Renders one mode to a tolerance, beginning with the patches of `first`. Work that is late ends after its round.
 ///
 /// A picture of few pixels is the mean of a larger one: what a handful of pixels show of their own errors, each by one
-/// difference of halves, is chance.
+/// difference of halves, is chance. One that walks of light contradict is made once more, with points where they land
+/// ([`NarrowLight`]).
 pub(crate) fn render_to_tolerance(first: &Discretization, task: &Task) -> Result<Rendered, Diverges> {
-    let Task { goal, watch, .. } = *task;
+    let goal = task.goal;
     let step = goal.size.enlargement(ENOUGH);
     let tolerance = if step > 1 { FEW_PIXELS * goal.tolerance } else { goal.tolerance };
     let goal = &PictureGoal { size: goal.size.times(step), tolerance, ..*goal };
-    let (solved, mut spent) = Search::new(first, &Task { goal: &goal.of_light(), ..*task }).run()?;
-    let error = left(goal.tolerance, solved.error.sum().total.powi(2));
+    let of_light = goal.of_light();
+    let search = || Search::new(first, &Task { goal: &of_light, ..*task });
+    let (solved, spent) = search().run()?.expect("what looks for no spots has light");
+    let found = gather_light(solved, spent, (goal, step), task);
+    if found.ended != Ended::Contradicted || goal.is_late() {
+        return Ok(found);
+    }
+    let narrow = Search { narrow: Some(NarrowLight::default()), ..search() };
+    let again = narrow.run()?.map(|(solved, spent)| gather_light(solved, spent, (goal, step), task));
+    Ok(match again {
+        Some(again) => found.or(again),
+        None => found,
+    })
+}
+
+/// The picture of a solution, to what is left of a tolerance, the mean over `step` by `step` pixels.
+fn gather_light(solved: Solved, mut spent: Spent, (goal, step): (&PictureGoal, usize), task: &Task) -> Rendered {
+    let watch = task.watch;
+    let error_of_light = solved.error.sum().total;
+    let error = left(goal.tolerance, error_of_light.powi(2));
     let within = Gathering::Within { error, camera: solved.camera, seed: goal.seed, limit: goal.limit() };
     let (layers, seconds) = timed(|| solved.layer_light());
     spent.seconds.solve += seconds;
@@ -83,7 +102,8 @@ pub(crate) fn render_to_tolerance(first: &Discretization, task: &Task) -> Result
     let ((least, cast), seconds) = timed(|| least_error(&solved, &gathered, goal, spent.rays + gathered.rays));
     spent.seconds.gather += seconds;
     spent.rays += cast;
-    let is_cut_short = gathered.rays >= goal.limit().rays;
+    // More rays lessen no error of the light.
+    let is_cut_short = gathered.rays >= goal.limit().rays && error_of_light < gathered.error.relative();
     let gathered = if step > 1 { gathered.averaged(step) } else { gathered };
     let scene = solved.mode.scene();
     let lit = scene.materials.iter().any(Material::emits) || scene.lights.iter().any(PunctualLight::shines);
@@ -99,7 +119,7 @@ pub(crate) fn render_to_tolerance(first: &Discretization, task: &Task) -> Result
         rendered.error.gather = 1.0;
         rendered.error = rendered.error.sum();
     }
-    Ok(rendered)
+    rendered
 }
 
 /// How far errors exceed their shares of the tolerance; up to 1 they do not.
@@ -130,7 +150,8 @@ pub(crate) struct Search<'a> {
     is_first: bool,
     /// Squared error of the light as the check measured it last.
     squared: f64,
-    narrow: NarrowLight,
+    /// Where spots of narrow light are looked for.
+    narrow: Option<NarrowLight>,
 }
 
 /// Whether a round of so many patches, after which more of them may be wanted, casts more rays than one that divides
@@ -153,27 +174,32 @@ impl<'a> Search<'a> {
             is_tight: false,
             is_first: true,
             squared: f64::INFINITY,
-            narrow: NarrowLight::default(),
+            narrow: None,
         }
     }
 
-    /// Goes through the rounds to the last: its light, and what all took.
-    fn run(mut self) -> Result<(Solved, Spent), Diverges> {
+    /// Goes through the rounds to the last: its light, and what all took; none where spots are looked for and there are
+    /// none.
+    fn run(mut self) -> Result<Option<(Solved, Spent)>, Diverges> {
         loop {
             self.keep_within_memory();
             let (mut solved, spent) = Solved::new(&self.patches, &self.task, self.rays)?;
             self.spent.add(&spent);
-            let mended = self.narrow.mend(&self.patches, &solved.mode, self.task.goal, &mut self.spent);
-            if let Some(patches) = mended {
-                self.patches = patches;
-                continue;
+            if let Some(narrow) = &mut self.narrow {
+                if let Some(patches) = narrow.mend(&self.patches, &solved.mode, self.task.goal, &mut self.spent) {
+                    self.patches = patches;
+                    continue;
+                }
+                if self.patches.patches.spots().is_empty() {
+                    return Ok(None);
+                }
             }
             if solved.fields.is_dark() {
-                return Ok((solved, self.spent));
+                return Ok(Some((solved, self.spent)));
             }
             let rough = self.look(&mut solved);
             match self.judge(solved, &rough) {
-                Next::Accept(solved) => return Ok((*solved, self.spent)),
+                Next::Accept(solved) => return Ok(Some((*solved, self.spent))),
                 Next::Rays(rays) => self.rays = rays,
                 Next::Finer(next) => self.cut(next),
                 Next::Divide(solved, squared) => self.divide(*solved, squared, &rough),

@@ -15,7 +15,7 @@ use serde_json::Value;
 use crate::explore::browser;
 use crate::run::{halflight, place, report, succeed};
 
-/// What the issue of a baked room allows between a viewer and a rendered picture.
+/// What the picture of a viewer, eight bits a channel and filtered maps, may differ by from a rendered one.
 const ALLOWED: f64 = 0.02;
 /// Pixels to a side of the pictures compared.
 const SIDE: usize = 96;
