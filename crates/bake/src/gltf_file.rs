@@ -64,11 +64,13 @@ impl GltfFile {
     pub fn open(path: &Path) -> Result<GltfFile, BakeError> {
         let wrong = |message: String| gltf_error(path, message, "export it again as glTF 2.0, uncompressed");
         let bytes = fs::read(path).map_err(|error| wrong(format!("cannot be read: {error}")))?;
+        // Some write a byte order mark before the JSON.
+        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
         let Gltf { document, blob } =
-            Gltf::from_slice_without_validation(&bytes).map_err(|error| wrong(error.to_string()))?;
+            Gltf::from_slice_without_validation(bytes).map_err(|error| wrong(error.to_string()))?;
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let buffers = gltf::import_buffers(&document, Some(folder), blob).map_err(|error| wrong(error.to_string()))?;
-        let root = json_of(&bytes).ok_or_else(|| wrong("its JSON cannot be read".into()))?;
+        let root = json_of(bytes).ok_or_else(|| wrong("its JSON cannot be read".into()))?;
         let buffers = buffers.into_iter().map(|buffer| buffer.0).collect();
         let (primitives, parts, left_out) = (Vec::new(), Vec::new(), Vec::new());
         let mut file = GltfFile { path: path.to_owned(), root, document, buffers, primitives, parts, left_out };
@@ -358,7 +360,7 @@ fn json_of(bytes: &[u8]) -> Option<Value> {
         let length = u32::from_le_bytes(bytes.get(12..16)?.try_into().ok()?) as usize;
         return serde_json::from_slice(bytes.get(20..20 + length)?).ok();
     }
-    serde_json::from_slice(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)).ok()
+    serde_json::from_slice(bytes).ok()
 }
 
 /// The vertices of triangles, strips and fans; none of points and lines.

@@ -27,7 +27,7 @@ use rayon::prelude::*;
 use crate::gather::nearness::Nearing;
 use crate::gather::pixels::camera_rays::{CameraRays, PixelScratch};
 use crate::gather::pixels::outlines::measure_outlines;
-use crate::gather::pixels::pixel::Pixel;
+use crate::gather::pixels::pixel::{Pixel, rays};
 use crate::gather::pixels::small_faces::find_small_faces;
 use crate::gather::sampling::Limit;
 use crate::light::budget::OUTLINES;
@@ -167,11 +167,6 @@ fn dominant(pixels: &[Pixel], width: usize, measured: &Measured) -> Vec<u32> {
     chosen.sort_unstable();
     chosen.dedup();
     chosen
-}
-
-/// The rays of all pixels, and those to luminaires.
-pub(crate) fn rays(pixels: &[Pixel]) -> u64 {
-    pixels.iter().map(|pixel| pixel.met.rays).sum()
 }
 
 /// The variance of the outlines of emitters, weighted as pixels count.

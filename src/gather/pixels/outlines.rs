@@ -28,9 +28,8 @@ use halflight_team::Loop;
 use rustc_hash::FxHashSet;
 
 use crate::direct::agreement::LikelyShare;
-use crate::gather::pixels::adaptive_sampling::rays;
 use crate::gather::pixels::camera_rays::CameraRays;
-use crate::gather::pixels::pixel::Pixel;
+use crate::gather::pixels::pixel::{Pixel, rays};
 use crate::gather::pixels::pixel_light::SeenEmission;
 use crate::gather::pixels::projection::{Projection, within};
 use crate::gather::sampling::Limit;

@@ -71,6 +71,11 @@ impl Met {
     }
 }
 
+/// The rays of all pixels, and those to luminaires.
+pub(crate) fn rays(pixels: &[Pixel]) -> u64 {
+    pixels.iter().map(|pixel| pixel.met.rays).sum()
+}
+
 impl Pixel {
     /// The layer of a surface seen; a new one if no camera ray has seen it before.
     pub(crate) fn layer(&mut self, key: SurfaceKey, seen: SurfacePoint) -> &mut Layer {
