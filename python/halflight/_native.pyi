@@ -505,7 +505,7 @@ def encode_png(picture: Incomplete, stops: SupportsFloat | SupportsIndex) -> byt
 
 def explore(scene: Scene, file: str | PathLike[str], words: tuple[str, str, bool], effort: Incomplete, asked: Incomplete) -> tuple[list[int], float, float | None]:
     """
-    Writes a page with a title and an attribution.
+    Writes a page with a title and an attribution, and whether it opens with the story.
     """
 
 def exposure_of(picture: Incomplete) -> float | None:
