@@ -26,6 +26,7 @@ use rayon::prelude::*;
 use crate::gather::irradiance::{Asked, Irradiance, IrradianceSampler};
 use crate::gather::records::final_gather::FinalGather;
 use crate::light::budget::{STAND_INS, TRUNCATION};
+use crate::patches::Spot;
 use crate::rays::Ray;
 use crate::rays::sobol::Sobol;
 use crate::rays::warp::hemisphere_direction;
@@ -59,6 +60,9 @@ const MOST: usize = 200_000;
 const HELD: Held = Held { casts: 1, solutions: 1, bounces: None };
 /// How far before a surface points on it lie, unit coordinates: rays take faces closer than half of it for one plane.
 const BEFORE: f32 = 4e-6;
+/// Narrow light that patches miss is spread over them where all points are so many of their widths away: nearer ones
+/// would see where it is, and rays that go on find it.
+const FAR: f32 = 2.0;
 /// Rays, half of them to either side, that show whether a point is inside of something.
 const ROUND: u32 = 64;
 
@@ -293,7 +297,11 @@ pub(crate) fn sense(first: &Discretization, task: &Task, sensors: &[Sensor]) -> 
         patches = held.unwrap_or(patches);
         let (mode, solution, own) = solve(&patches, task, rays)?;
         spent.add(&own);
-        if let Some(mended) = narrow.mend(&patches, &mode, goal, &mut spent) {
+        let is_far = |spot: &Spot, width: f32| {
+            let middle = 0.5 * (spot.low + spot.high);
+            points.iter().all(|point| point.position.distance(middle) >= FAR * width)
+        };
+        if let Some(mended) = narrow.mend((&patches, &mode), goal, is_far, &mut spent) {
             patches = mended;
             continue;
         }
