@@ -18,8 +18,8 @@ pub(crate) struct NarrowLight {
 }
 
 impl NarrowLight {
-    /// Patches that receive what a mode on these patches has missed as well, in spots that serve ([`Landings::missed`]);
-    /// none where nothing is known to be missed.
+    /// Patches that receive what a mode on these patches has missed as well, in spots that serve
+    /// ([`Landings::missed`]); none where nothing is known to be missed.
     pub(crate) fn mend(
         &mut self,
         (p, mode): (&Discretization, &Assembled),
