@@ -6,8 +6,7 @@
 //! patch. Cells are cut further along lines where other faces touch the surface. Rays see only the faces as loaded;
 //! [`Patches::at`] finds the patch that a hit belongs to. A two-sided face has a patch on either side.
 //!
-//! Patches have one size over the scene, but for spots of narrow light, until they are divided by light. Not handled:
-//! which size the light requires.
+//! Patches have one size over the scene, until they are divided by light. Not handled: which size the light requires.
 
 pub(crate) mod adjacency;
 pub(crate) mod division;
