@@ -87,7 +87,7 @@ structs! {
     Tiles { rectangle, side, values }
     LightCut { seen, sum, exact, drawn, near, draws }
     TermPower { visible, invisible }
-    Irradiance { direct, fields, total, squared_error, is_coarse, rays }
+    Irradiance { direct, fields, total, squared_error, rays }
     SmallFace { share, light }
     SurfaceKey { plane, side, material }
     Layer { key, first, count, sum, reflected, origins }

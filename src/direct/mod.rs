@@ -38,6 +38,7 @@ pub(crate) mod lights;
 pub(crate) mod many;
 pub(crate) mod punctual_light;
 pub(crate) mod received;
+pub(crate) mod strata_light;
 pub(crate) mod systematic;
 
 pub use drawn_light::Scratch;

@@ -109,7 +109,8 @@ impl LightSum {
 
 impl Lights {
     /// Light at a receiver on a patch, `sum of F_l E_l` and irradiance over pi from punctual lights, W/(m² sr): one
-    /// sample without bias; on a patch that a spot cuts of the mean over it, as few receivers meet what the spot holds.
+    /// sample without bias. Patches cut by spots are lamps: of what they get nothing is told, of what they reflect a
+    /// sample at the receiver ([`crate::direct::strata_light`]).
     pub fn sample(&self, receiver: &SurfacePoint, patch: u32, random: &mut Stream, scratch: &mut Scratch) -> DVec3 {
         let mut sum = DVec3::ZERO;
         self.sample_each((receiver, patch), random, scratch, |_, light| sum += light);
@@ -124,23 +125,24 @@ impl Lights {
         scratch: &mut Scratch,
         mut each: impl FnMut(usize, DVec3),
     ) {
-        let drawn = self.anywhere(patch, random);
-        let (receiver, weight) = drawn.as_ref().map_or((receiver, 1.0), |(point, weight)| (point, *weight));
-        self.gather_punctual(receiver, scratch, |emitter, light| each(emitter, weight * light));
-        for lit in self.lit(receiver, self.cuts(patch)) {
-            each(lit.tree.emitter, weight * lit.sample(random, scratch));
+        self.sample_strata(receiver, random, scratch, &mut each);
+        if self.patches.strata(patch as usize).is_empty() {
+            self.sample_at((receiver, patch), random, scratch, each);
         }
     }
 
-    /// A point of one of the strata of a patch, and its part of the mean over the patch; none where it has none.
-    fn anywhere(&self, patch: u32, random: &mut Stream) -> Option<(SurfacePoint, f64)> {
-        let (strata, i) = (self.patches.strata(patch as usize), patch as usize);
-        if strata.is_empty() {
-            return None;
+    /// Calls `each` with the emitters' parts of a sample of what they send to a receiver on a patch.
+    pub(crate) fn sample_at(
+        &self,
+        (receiver, patch): (&SurfacePoint, u32),
+        random: &mut Stream,
+        scratch: &mut Scratch,
+        mut each: impl FnMut(usize, DVec3),
+    ) {
+        self.gather_punctual(receiver, scratch, &mut each);
+        for lit in self.lit(receiver, self.cuts(patch)) {
+            each(lit.tree.emitter, lit.sample(random, scratch));
         }
-        let own = &strata[(random.uniform() * strata.len() as f32) as usize];
-        let point = self.patches.stratum_point(i, own, random.uniform(), random.uniform());
-        Some((point, own.share * strata.len() as f64))
     }
 
     /// A receiver with each tree of luminaires and the cut through it.

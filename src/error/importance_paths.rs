@@ -28,7 +28,7 @@ use rayon::prelude::*;
 
 use crate::light::Rgb;
 use crate::rays::sobol::{Sobol, Stream, hash};
-use crate::rays::{FAN, Fan};
+use crate::rays::{FAN, Fan, Ray};
 use crate::reading::reflection::{Memory, Met, Reflection, SurfaceHit, Walker};
 use crate::reading::view::View;
 
@@ -125,7 +125,7 @@ impl ImportancePaths {
             let n = own.paths(after) - (until[start] - k) as u32;
             memory.scratch.cast = 0;
             let random = Stream::new(hash(n, hash(own.pixel, seed)));
-            let vertices = tracer.trace(own.pixel as usize, random, memory);
+            let vertices = tracer.from_pixel(own.pixel as usize, random, memory);
             (Path { start: start as u32, vertices }, memory.scratch.cast)
         });
         let (own, cast): (Vec<Path>, Vec<u64>) = added.into_iter().unzip();
@@ -192,41 +192,60 @@ impl StartPixel {
 pub(crate) struct PathTracer<'a> {
     pub walker: Walker<'a>,
     sobol: Sobol,
+    /// Rays of a vertex.
+    spread: usize,
 }
 
 impl<'a> PathTracer<'a> {
     /// Paths through a view.
     pub(crate) fn new(view: &'a View) -> PathTracer<'a> {
-        PathTracer { walker: Walker::new(view).with_cone(CONE), sobol: Sobol::new(FAN, 3) }
+        PathTracer { walker: Walker::new(view).with_cone(CONE), sobol: Sobol::new(FAN, 3), spread: SPREAD }
+    }
+
+    /// The same with so many rays of a vertex, at most [`FAN`].
+    pub(crate) fn with_spread(self, spread: usize) -> PathTracer<'a> {
+        PathTracer { spread, ..self }
     }
 
     /// The vertices of one path from pixel k.
-    fn trace(&self, k: usize, mut random: Stream, memory: &mut Memory) -> Vec<Vertex> {
-        let mut vertices = Vec::new();
+    fn from_pixel(&self, k: usize, mut random: Stream, memory: &mut Memory) -> Vec<Vertex> {
         let walker = &self.walker;
         let view = walker.view;
         let ray = view.camera_ray(k, random.uniform(), random.uniform());
         memory.scratch.cast += 1;
         let Some(hit) = view.rays.closest(&ray).filter(|hit| view.is_looked_at(&ray, hit)) else {
-            return vertices;
+            return Vec::new();
         };
         // What the camera sees reflects rho whatever its alpha.
         let Some(seen) = walker.met(&ray, &hit, 1.0) else {
-            return vertices;
+            return Vec::new();
         };
-        let mut weight = match view.atlas {
+        let weight = match view.atlas {
             None => walker.rho_within(&seen, view.scene.camera.pixel(view.height)),
             Some(_) => shown_in_map(view, &seen),
         };
         if weight == DVec3::ZERO {
-            return vertices;
+            return Vec::new();
         }
-        let mut next = walker.bounce(&seen, &mut random, memory);
-        while let Some((at, share)) = draw(&next, &mut random)
+        let next = walker.bounce(&seen, &mut random, memory);
+        self.go_on(weight, next, &mut random, memory)
+    }
+
+    /// The vertices of one path that a ray begins, for light that arrives along the ray.
+    pub(crate) fn from_ray(&self, ray: &Ray, random: &mut Stream, memory: &mut Memory) -> Vec<Vertex> {
+        let mut next = Met::new();
+        self.walker.follow(ray, memory, |m| next.push(m));
+        self.go_on(DVec3::ONE, next, random, memory)
+    }
+
+    /// The vertices of a path from what its first ray met on, where light 1 counts `weight`.
+    fn go_on(&self, mut weight: DVec3, mut next: Met, random: &mut Stream, memory: &mut Memory) -> Vec<Vertex> {
+        let mut vertices = Vec::new();
+        while let Some((at, share)) = draw(&next, random)
             && vertices.len() < LONGEST
         {
             weight *= share;
-            let reflection = self.reflect(&at, &mut random, memory);
+            let reflection = self.reflect(&at, random, memory);
             let onward = weight * reflection.reflect;
             let chance = (onward.max_element() / weight.max_element()).min(1.0);
             next.clone_from(&reflection.next);
@@ -239,12 +258,12 @@ impl<'a> PathTracer<'a> {
         vertices
     }
 
-    /// What leaves a vertex, with what [`SPREAD`] rays from there meet.
+    /// What leaves a vertex, with what the rays from there meet.
     pub(crate) fn reflect(&self, at: &SurfaceHit, random: &mut Stream, memory: &mut Memory) -> Reflection {
         let mut reflection = self.walker.direct(at, random, memory);
         if reflection.reflect != DVec3::ZERO {
             let fan = Fan::new(&self.sobol, 0, random.bits());
-            reflection.next = self.walker.bounce_all(at, &fan, SPREAD, memory);
+            reflection.next = self.walker.bounce_all(at, &fan, self.spread, memory);
         }
         reflection
     }

@@ -92,13 +92,8 @@ impl Landings {
     }
 
     /// The spots of patches that have missed light, of which patch i reflects the power `reflected(i)`, W, of what it
-    /// receives as emitted; those that `serve`, given with the width of the patch that their light is spread over.
-    pub(crate) fn missed(
-        &self,
-        patches: &Patches,
-        reflected: impl Fn(usize) -> f64,
-        serves: impl Fn(&Spot, f32) -> bool,
-    ) -> Vec<Spot> {
+    /// receives as emitted.
+    pub(crate) fn missed(&self, patches: &Patches, reflected: impl Fn(usize) -> f64) -> Vec<Spot> {
         let mut of_patch: Vec<(u32, usize)> = Vec::new();
         for (k, own) in self.list.iter().enumerate() {
             of_patch.extend(patches.at(own.face, own.side, own.position).map(|patch| (patch, k)));
@@ -110,11 +105,7 @@ impl Landings {
             let certain = powers().sum::<f64>() - CERTAIN * powers().map(|power| power * power).sum::<f64>().sqrt();
             certain > MISSED * reflected(own[0].0 as usize)
         };
-        let of_patch = |own: &[(u32, usize)]| {
-            let width = patches.extent(own[0].0 as usize).width;
-            self.spots(patches, own).into_iter().filter(|spot| serves(spot, width)).collect::<Vec<_>>()
-        };
-        each.filter(is_missed).flat_map(of_patch).collect()
+        each.filter(is_missed).flat_map(|own| self.spots(patches, own)).collect()
     }
 
     /// Where the landings on a patch lie closest together.
@@ -214,14 +205,14 @@ mod tests {
             let (before, reflected) = powers(&even);
             assert!(before < 0.5 * sent, "{seed}: {before} of {sent}");
             let landings = Landings::new(&even, transport, 0.05, seed);
-            let spots = landings.missed(&even.patches, |i| reflected[i], |_, _| true);
+            let spots = landings.missed(&even.patches, |i| reflected[i]);
             assert!(!spots.is_empty());
             let mended = lights(Patches::clone(&even.patches).with_spots(&spots));
             let (after, reflected) = powers(&mended);
             // A disc is pi / 4 of the box around it: the share of 32 well spread points that lie in it is off by less
             // than the root of 0.17 / 32.
             assert!((after / sent - 1.0).abs() < 4.0 * 0.073 / (PI / 4.0), "{seed}: {after} of {sent}");
-            assert!(landings.missed(&mended.patches, |i| reflected[i], |_, _| true).is_empty());
+            assert!(landings.missed(&mended.patches, |i| reflected[i]).is_empty());
         }
     }
 }

@@ -49,10 +49,10 @@ pub(crate) fn sample(vertex: &Vertex, patches: &Patches, fields: &Fields) -> DVe
 }
 
 /// `sum of w_k r_k` over the vertices of a path from the one on where patches are read.
-pub(crate) fn error(path: &Path, patches: &Patches, fields: &Fields) -> DVec3 {
+pub(crate) fn error(vertices: &[Vertex], patches: &Patches, fields: &Fields) -> DVec3 {
     // From the last vertex back, so that the sum over those that follow is known.
     let (mut rest, mut own) = (DVec3::ZERO, DVec3::ZERO);
-    for vertex in path.vertices.iter().rev() {
+    for vertex in vertices.iter().rev() {
         let SurfaceHit { face, side, position, distance, .. } = vertex.at;
         let patch = patches.at(face, side, position);
         let over_patch = patch.map_or(Rgb::ONE, |patch| vertex.at.over_patch(patches, patch));

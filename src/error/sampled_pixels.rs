@@ -238,7 +238,9 @@ impl Batch {
     /// Measures the paths that were not measured yet.
     fn measure(&mut self, patches: &Patches, fields: &Fields) {
         // In order: the sums are the same for any number of threads.
-        for (start, error) in self.paths.each_of(self.measured, |path| (path.start, error(path, patches, fields))) {
+        for (start, error) in
+            self.paths.each_of(self.measured, |path| (path.start, error(&path.vertices, patches, fields)))
+        {
             let sums = &mut self.sums[start as usize];
             sums.errors += error;
             sums.squares += error.length_squared();

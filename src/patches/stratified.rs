@@ -20,6 +20,11 @@ impl Patches {
         self.spots.strata.get(&(i as u32)).map_or(&[], |own| own)
     }
 
+    /// The patches that spots cut, with their strata.
+    pub(crate) fn all_strata(&self) -> impl Iterator<Item = (usize, &[Stratum])> {
+        self.spots.strata.iter().map(|(i, own)| (*i as usize, &own[..]))
+    }
+
     /// The point of a stratum of patch i at (u, v) in the unit square, uniform in area.
     pub(crate) fn stratum_point(&self, i: usize, stratum: &Stratum, u: f32, v: f32) -> SurfacePoint {
         let (position, face) = stratum.point(u, v);

@@ -30,8 +30,6 @@ pub struct Fields {
     ambient: Vec<Rgb>,
     /// The first field without direct light of luminaires; empty where unknown.
     without_direct: Vec<Linear>,
-    /// Rays at least before light is read, where readings after fewer of them are recorded as well.
-    recorded: usize,
     /// Least distance from which each patch is read; shorter rays go on. Empty where there is none.
     near: Vec<f32>,
 }
@@ -85,6 +83,16 @@ impl Fields {
     /// Only the first `picture_fields` fields make the picture; the others are auxiliary, gathered by the same rays.
     pub fn with_picture_fields(mut self, picture_fields: usize) -> Fields {
         self.picture_fields = picture_fields.min(self.count);
+        self
+    }
+
+    /// The same, dark on patches cut by spots, whose light rays and paths find otherwise
+    /// ([`crate::direct::strata_light`]).
+    pub(crate) fn without_strata(mut self, patches: &Patches) -> Fields {
+        for (i, _) in patches.all_strata() {
+            self.values[i * self.count..(i + 1) * self.count].fill(Linear::DARK);
+            self.without_direct.get_mut(i).into_iter().for_each(|rest| *rest = Linear::DARK);
+        }
         self
     }
 
@@ -144,17 +152,6 @@ impl Fields {
         self
     }
 
-    /// Has every ray read after so many more rays, and record what it would have read of the first field after 0, 1,
-    /// ... of them; those readings follow the fields.
-    pub(crate) fn recording(self, recorded: usize) -> Fields {
-        Fields { recorded, ..self }
-    }
-
-    /// Readings that are recorded.
-    pub(crate) fn recorded(&self) -> usize {
-        self.recorded
-    }
-
     /// Sets the least distance from which each patch is read, unit coordinates; shorter rays go on.
     pub fn not_read_nearer(mut self, near: Vec<f32>) -> Fields {
         self.near = near;
@@ -169,7 +166,7 @@ impl Fields {
 
     /// Whether every ray reads the first patch that it meets.
     pub(crate) fn is_read_at_once(&self) -> bool {
-        self.near.is_empty() && self.recorded == 0
+        self.near.is_empty()
     }
 
     /// The first field at a point of a patch, without the direct light of luminaires.

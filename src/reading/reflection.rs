@@ -75,8 +75,6 @@ pub(crate) struct Memory {
     pub met: Vec<SurfaceHit>,
     /// What a ray read, field by field.
     pub read: Vec<DVec3>,
-    /// What it would have read of the first field after 0, 1, ... more rays, where fields record that.
-    pub earlier: Vec<DVec3>,
     /// Also counts the rays cast.
     pub scratch: Scratch,
 }
@@ -218,15 +216,6 @@ pub(crate) struct RaySample {
     pub light: DVec3,
 }
 
-/// How many more rays may follow.
-#[derive(Clone, Copy)]
-struct RayBudget {
-    /// Rays that must follow before light is read.
-    bounces: u32,
-    /// Rays that may follow before light is read however near what is met.
-    most: u32,
-}
-
 /// A walk from where a ray began to a point that it met.
 #[derive(Clone, Copy)]
 struct Walk {
@@ -234,7 +223,8 @@ struct Walk {
     weight: DVec3,
     /// Reflections before.
     reflections: usize,
-    budget: RayBudget,
+    /// Rays that may follow before light is read however near what is met.
+    most: u32,
 }
 
 impl Walk {
@@ -244,9 +234,7 @@ impl Walk {
 
     /// The walk after one more reflection.
     fn reflected(self, reflect: DVec3) -> Walk {
-        let RayBudget { bounces, most } = self.budget;
-        let budget = RayBudget { bounces: bounces.saturating_sub(1), most: most - 1 };
-        Walk { weight: self.weight * reflect, reflections: self.reflections + 1, budget }
+        Walk { weight: self.weight * reflect, reflections: self.reflections + 1, most: self.most - 1 }
     }
 }
 
@@ -264,12 +252,10 @@ impl Continuation<'_> {
         let mut read = std::mem::take(&mut memory.read);
         met.clear();
         read.clear();
-        memory.earlier.clear();
         read.resize(self.fields.count(), DVec3::ZERO);
-        let budget = RayBudget { bounces: self.fields.recorded() as u32, most: MOST_BOUNCES };
-        let walk = Walk { weight: DVec3::ONE, reflections: 0, budget };
+        let walk = Walk { weight: DVec3::ONE, reflections: 0, most: MOST_BOUNCES };
         let nearness = self.walker.follow(ray, memory, |m| {
-            if self.ends(&m, budget) {
+            if self.ends(&m, walk.most) {
                 self.read_patch(&m, walk.through(m.through), &mut read);
             } else {
                 met.push(m);
@@ -279,8 +265,6 @@ impl Continuation<'_> {
             self.incident(&met, walk, &mut Stream::new(seed), memory, &mut read);
         }
         let light = read[0];
-        // A ray that ended reads the same however many more there may be.
-        memory.earlier.resize(self.fields.recorded(), light);
         (memory.met, memory.read) = (met, read);
         RaySample { nearness, light }
     }
@@ -296,7 +280,7 @@ impl Continuation<'_> {
         let mut onward: Option<&SurfaceHit> = None;
         let mut through = 0.0;
         for m in met {
-            if self.ends(m, walk.budget) {
+            if self.ends(m, walk.most) {
                 self.read_patch(m, walk.through(m.through), read);
                 continue;
             }
@@ -311,21 +295,16 @@ impl Continuation<'_> {
     }
 
     /// Whether light is read at a point.
-    fn ends(&self, at: &SurfaceHit, budget: RayBudget) -> bool {
-        budget.most == 0 || (budget.bounces == 0 && !self.fields.is_near(at.patch, at.distance))
+    fn ends(&self, at: &SurfaceHit, most: u32) -> bool {
+        most == 0 || !self.fields.is_near(at.patch, at.distance)
     }
 
     /// Adds a sample of the fields at a point, read there or after more rays.
     fn light(&self, at: &SurfaceHit, walk: Walk, random: &mut Stream, memory: &mut Memory, read: &mut [DVec3]) {
-        if self.ends(at, walk.budget) {
+        if self.ends(at, walk.most) {
             return self.read_patch(at, walk, read);
         }
         let emitted = walk.reflections;
-        if memory.earlier.len() < self.fields.recorded() {
-            let over_patch = at.over_patch(self.walker.view.patches, at.patch);
-            let light = self.fields.of_patch(at.patch)[0].at(at.position) * over_patch;
-            memory.earlier.push(read[0] + walk.weight * light.as_dvec3());
-        }
         let reflection = self.walker.direct_each(at, random, memory, |emitter, light| {
             self.add(emitter, emitted + 1, walk.weight * light, read);
         });

@@ -14,7 +14,6 @@ mod memory;
 mod narrow_light;
 mod pilot;
 mod points;
-mod pooled_error;
 mod rendered;
 mod search;
 mod solver;

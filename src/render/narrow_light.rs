@@ -3,7 +3,6 @@
 //! Not handled: patches divided by light.
 
 use crate::error::landings::Landings;
-use crate::patches::Spot;
 use crate::render::assembly::{Assembled, Discretization};
 use crate::render::goal::{PictureGoal, Spent, timed};
 
@@ -18,13 +17,12 @@ pub(crate) struct NarrowLight {
 }
 
 impl NarrowLight {
-    /// Patches that receive what a mode on these patches has missed as well, in spots that serve
+    /// Patches that receive what a mode on these patches has missed as well
     /// ([`Landings::missed`]); none where nothing is known to be missed.
     pub(crate) fn mend(
         &mut self,
         (p, mode): (&Discretization, &Assembled),
         goal: &PictureGoal,
-        serves: impl Fn(&Spot, f32) -> bool,
         spent: &mut Spent,
     ) -> Option<Discretization> {
         if self.times == TIMES || p.patches.are_divided() || goal.is_late() {
@@ -37,7 +35,7 @@ impl NarrowLight {
                 spent.rays += found.rays;
                 found
             });
-            let spots = landings.missed(&p.patches, |i| mode.direct_power(i), serves);
+            let spots = landings.missed(&p.patches, |i| mode.direct_power(i));
             (!spots.is_empty()).then(|| p.with_spots(&spots))
         };
         let (found, seconds) = timed(look);

@@ -274,10 +274,12 @@ impl<'a> CameraRays<'a> {
         if let Some(mean) = mean {
             own.clear();
             view.lights.add(own, (&receiver, cuts, DVec3::splat(share)), self.visibility, point, memory);
+            view.lights.add_strata(own, (&receiver, DVec3::splat(share)), self.visibility, point, memory);
             sum.join_weighted(rho, own);
             pixel.light.textured(key).add(ray.half, own, mean - rho);
         } else {
             view.lights.add(sum, (&receiver, cuts, share * rho), self.visibility, point, memory);
+            view.lights.add_strata(sum, (&receiver, share * rho), self.visibility, point, memory);
         }
         if !self.dark {
             let rho = share * typical;

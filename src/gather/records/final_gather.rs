@@ -67,9 +67,9 @@ impl<'a> FinalGather<'a> {
         lengths.fold(0.0, f64::max)
     }
 
-    /// Number of fields read, and of earlier readings of the first that follow them.
+    /// Number of fields read.
     pub(crate) fn count(&self) -> usize {
-        self.fields.count() + self.fields.recorded()
+        self.fields.count()
     }
 
     /// Adds what rays read in every field to `incident`; returns the weighted sum of the rays' inverse lengths.
@@ -78,7 +78,7 @@ impl<'a> FinalGather<'a> {
             return self.cast(rays, |ray, k, counted| {
                 let sample = self.continuation.read(ray, hash(k, rays.seed), memory);
                 incident[0] += counted.offset.as_dvec3();
-                for (sum, read) in incident.iter_mut().zip(memory.read.iter().chain(&memory.earlier)) {
+                for (sum, read) in incident.iter_mut().zip(&memory.read) {
                     *sum += f64::from(counted.weight) * *read;
                 }
                 sample

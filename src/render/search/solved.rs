@@ -167,6 +167,7 @@ impl Solved {
             fields(&p.patches, levels)
                 .with_ambient(mode.ambient(&solution))
                 .with_rest([&mode, &second].map(Assembled::direct), &p.patches)
+                .without_strata(&p.patches)
         };
         let (fields, seconds) = timed(read);
         spent.seconds.solve += seconds;
@@ -298,7 +299,8 @@ impl Solved {
     /// The fields that the picture is gathered from, and the powers of emitters whose light is kept apart; the rough
     /// picture has shown the errors of the other fields.
     pub(crate) fn picture_fields(&self, layers: &[LayerLight]) -> (Fields, Vec<EmitterPower>) {
-        with_layers(self.fields.picture_only(), &self.mode, layers)
+        let (fields, powers) = with_layers(self.fields.picture_only(), &self.mode, layers);
+        (fields.without_strata(self.patches()), powers)
     }
 
     /// Takes the errors of F and of patch size from a picture.
