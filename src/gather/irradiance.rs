@@ -44,7 +44,7 @@ const VISIBILITY: usize = 2;
 const FIRST: [u32; KINDS] = [16, 4, 2];
 const MOST: [u32; KINDS] = [1 << 14, 1 << 13, 1 << 12];
 /// Rays of a vertex of a path.
-const SPREAD: usize = 1;
+const SPREAD: usize = 4;
 /// Rays that read at once for each path, at most: what a few of them meet must be met by those as well.
 const FOR_EACH: u32 = 8;
 /// Visibility rays of a point that, where all agree, are followed by no more: what they may have missed is stated.
