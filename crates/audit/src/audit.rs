@@ -17,7 +17,7 @@ use crate::blocks::{Blocks, Look, Sums};
 use crate::causes::{Cause, Evidence};
 use crate::crossed::{Estimated, PairMean, PixelMean, SquaredError};
 use crate::estimates::{Estimates, GROUPS};
-use crate::paths::{LONGEST, Paths};
+use crate::paths::Paths;
 use halflight::direct::{Lights, Luminaires, TOLERABLE};
 use halflight::light::Transport;
 use halflight::patches::Patches;
@@ -79,9 +79,7 @@ impl AuditGoal {
         let squared = error.squared;
         match self.at_most {
             Some(most) => verdict(error, most) != Verdict::Open,
-            None => {
-                squared.standard_error <= 2.0 * self.resolve * squared.value || error.at(SURE) <= self.tolerance
-            }
+            None => squared.standard_error <= 2.0 * self.resolve * squared.value || error.at(SURE) <= self.tolerance,
         }
     }
 
@@ -111,7 +109,10 @@ pub fn verdict(error: &SquaredError, most: f64) -> Verdict {
 pub enum AuditError {
     /// A pixel of the picture is no number.
     #[error("the picture has the value {value} at column {x}, row {y}")]
-    #[diagnostic(code(halflight::audit::value), help("a picture with such a pixel has no error: find out where it is from"))]
+    #[diagnostic(
+        code(halflight::audit::value),
+        help("a picture with such a pixel has no error: find out where it is from")
+    )]
     NotFinite {
         /// The pixel's channels.
         value: halflight::light::Rgb,
@@ -135,15 +136,14 @@ pub enum AuditError {
         pixels: usize,
     },
     /// Paths do not end.
-    #[error("paths still carry light after {longest} reflections: the series diverges, or nearly, so there is no picture")]
+    #[error(
+        "paths carry light on without an end: the bounce series diverges, or nearly, so there is no picture to judge by"
+    )]
     #[diagnostic(
         code(halflight::audit::endless),
         help("smaller --alpha or --tau converge; `halflight bounces` shows the series")
     )]
-    Endless {
-        /// Reflections after which paths were ended.
-        longest: u32,
-    },
+    Endless,
 }
 
 /// Light of the picture less that of the scene, over the pixels that count, relative to that of the scene.
@@ -224,7 +224,7 @@ pub fn audit(
         watch.begin("audit", picture.height as u64);
         estimates.extend(samples, |done| watch.tick(done));
         if estimates.cut > 0 {
-            return Err(AuditError::Endless { longest: LONGEST });
+            return Err(AuditError::Endless);
         }
         let error = judge(picture, &estimates).ok_or(AuditError::Dark { pixels: estimates.counted().count() })?;
         let met = goal.is_met(&error);

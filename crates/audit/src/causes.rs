@@ -159,7 +159,8 @@ impl<G: AsRef<[DVec3]>, E: Fn(usize) -> G> Evidence<'_, E> {
     fn gamma(&self) -> Option<Cause> {
         let lit = |k: &usize| self.counts[*k] && self.picture.pixels[*k].min_element() > 0.0;
         let logarithms = |k: usize| self.shown(k).map(f64::ln).element_sum() / 3.0;
-        let (sum, count) = (0..self.counts.len()).filter(lit).fold((0.0, 0.0), |(s, n), k| (s + logarithms(k), n + 1.0));
+        let (sum, count) =
+            (0..self.counts.len()).filter(lit).fold((0.0, 0.0), |(s, n), k| (s + logarithms(k), n + 1.0));
         let middle = if count > 0.0 { sum / count } else { 0.0 };
         let field = |d: f64| if d > 0.0 { d * (d.ln() - middle) } else { 0.0 };
         let fit = self.fit(|k| [self.shown(k), self.shown(k).map(field)])?;

@@ -152,8 +152,7 @@ impl<'a> Paths<'a> {
     fn cast(&self, at: &Vertex, weight: DVec3, toward: Vec2, memory: &mut Memory) -> DVec3 {
         let Lights { geometry, luminaires, transports, opaque, .. } = self.lights;
         let SurfacePoint { position, normal, face } = at.receiver;
-        let ray =
-            Ray { origin: position, direction: cosine_direction(normal, toward.x, toward.y), source: Some(face) };
+        let ray = Ray { origin: position, direction: cosine_direction(normal, toward.x, toward.y), source: Some(face) };
         memory.followed += 1;
         memory.onward.clear();
         geometry.rays.light_crossings(&ray, *opaque, &mut memory.hits);
