@@ -45,9 +45,8 @@ pub fn audit(
     check_pictures(picture.size(), EACH, asked.bytes()).map_err(Raise::raise)?;
     let Goal { resolve, tolerance, at_most, time } = goal;
     let goal = AuditGoal { resolve, tolerance, at_most, seconds: time, seed: asked.seed };
-    let found = run(py, asked.progress.as_ref(), |steps| {
-        audited(&scene.scene, transport(mode), &picture, &goal, steps)
-    })?;
+    let found =
+        run(py, asked.progress.as_ref(), |steps| audited(&scene.scene, transport(mode), &picture, &goal, steps))?;
     Ok(Audited { told: found.map_err(Raise::raise)?, at_most })
 }
 

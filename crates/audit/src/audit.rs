@@ -14,7 +14,7 @@ use glam::DVec3;
 use halflight_team::agree;
 
 use crate::blocks::{Blocks, Look, Sums};
-use crate::causes::{Cause, Evidence};
+use crate::causes::{Cause, Evidence, clear_of_others};
 use crate::crossed::{Estimated, PairMean, PixelMean, SquaredError};
 use crate::estimates::{Estimates, GROUPS};
 use crate::paths::Paths;
@@ -37,8 +37,9 @@ const MOST_SAMPLES: f64 = 8192.0;
 pub const SURE: f64 = 3.0;
 /// Tiles along the longer side of the picture, for the list of where.
 const TILES: usize = 8;
-/// Tiles that are listed at most.
+/// Tiles that are listed at most, and the share of the squared error that one has at least.
 const LISTED: usize = 5;
+const WORTH_LISTING: f64 = 0.01;
 
 /// What an audit aims at.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -284,10 +285,11 @@ fn told(picture: &Picture, estimates: &Estimates, error: SquaredError, met: bool
         found[1].pixels[k] = mean.variance.map(f64::sqrt).as_vec3();
         (light, apart, variance) = (light + mean.mean, apart + d - mean.mean, variance + mean.variance);
     }
+    let clear = clear_of_others(&estimates.counts, picture.width);
+    let squared = sums.iter().zip(&clear).filter(|(_, is_clear)| **is_clear).map(|(own, _)| own.squared).sum();
+    let evidence = Evidence { picture, counts: &clear, estimates: |k| estimates.of(k), squared };
     let blocks = Blocks::new(picture.size(), sums);
     let whole = blocks.whole();
-    let counts = &estimates.counts;
-    let evidence = Evidence { picture, counts, estimates: |k| estimates.of(k), squared: whole.squared };
     let channel = |c: usize| (light[c] > 0.0).then(|| relative(apart[c], light[c], variance[c]));
     let [estimate, standard_error] = found;
     let shown = |own: &bool| halflight::light::Rgb::splat(f32::from(u8::from(*own)));
@@ -300,7 +302,7 @@ fn told(picture: &Picture, estimates: &Estimates, error: SquaredError, met: bool
         squared: blocks.map(Look::Squared),
         estimate,
         standard_error,
-        mask: Picture { pixels: counts.iter().map(shown).collect(), ..*picture },
+        mask: Picture { pixels: estimates.counts.iter().map(shown).collect(), ..*picture },
         met,
         samples: estimates.mean_samples(),
         rays: estimates.rays,
@@ -327,8 +329,8 @@ fn parts(blocks: &Blocks, picture: &Picture) -> Vec<Part> {
     let mut parts: Vec<Part> = all
         .filter_map(|(columns, rows)| {
             let sums = blocks.within(columns.clone(), rows.clone());
-            let is_certain = sums.squared > SURE * sums.variances.stated().sqrt() && whole.squared > 0.0;
             let share = sums.squared / whole.squared;
+            let is_certain = sums.squared > SURE * sums.variances.stated().sqrt() && share > WORTH_LISTING;
             is_certain.then(|| Part { columns, rows, share, mean: mean_of(&sums) })
         })
         .collect();

@@ -25,7 +25,7 @@ fn a_gamma_and_a_shift_are_named() {
     let right = picture(&scene);
     let power = |pixel: &Rgb| pixel.map(|v| v.powf(1.15));
     let bent = Picture { pixels: right.pixels.iter().map(power).collect(), ..right };
-    let own = told(&scene, mode, &bent, 0.1, 1);
+    let own = told(&scene, mode, &bent, 0.02, 1);
     let Some(Cause::Gamma { gamma, explains }) = own.causes.first() else { panic!("{:?}", own.causes) };
     assert!((gamma.value - 1.15).abs() < 0.03 && *explains > 0.8, "{:?}", own.causes);
 
@@ -33,7 +33,7 @@ fn a_gamma_and_a_shift_are_named() {
     // A pixel to the right: what is seen moves to the left.
     let pixel = moved.camera.pixel(48) as f32;
     moved.camera.forward = (moved.camera.forward + pixel * moved.camera.right).normalize();
-    let own = told(&scene, mode, &picture(&moved), 0.1, 1);
+    let own = told(&scene, mode, &picture(&moved), 0.02, 1);
     let Some(Cause::Shift { right, down, explains }) = own.causes.first() else { panic!("{:?}", own.causes) };
     assert!((-1.3..-0.4).contains(&right.value) && down.value.abs() < 0.2 && *explains > 0.3, "{:?}", own.causes);
     // Most of it is at edges: somewhere the map has far more than in the mean.

@@ -13,7 +13,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// The audit of a picture with one number of samples: all there are after the first round, or more as a share asks for.
 pub fn told(scene: &Scene, transport: Transport, picture: &Picture, resolve: f64, seed: u32) -> Audit {
-    let goal = AuditGoal { resolve, tolerance: 1e-3, seed, ..AuditGoal::default() };
+    let goal = AuditGoal { resolve, tolerance: 0.01, seed, ..AuditGoal::default() };
     audit(scene, transport, picture, &goal, &Silent).expect("an audit")
 }
 
