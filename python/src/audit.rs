@@ -57,23 +57,28 @@ impl Raise for AuditError {
 }
 
 /// A number and its standard error.
-fn pair(of: Estimated) -> (f64, f64) {
+type Pair = (f64, f64);
+
+/// From the first to before the last.
+type Ends = (usize, usize);
+
+fn pair(of: Estimated) -> Pair {
     (of.value, of.standard_error)
 }
 
 /// A name, numbers with their standard errors, and the share that is explained.
-type Told = (&'static str, Vec<(f64, f64)>, f64);
+type Told = (&'static str, Vec<Pair>, f64);
 
 #[pymethods]
 impl Audited {
     /// The relative RMS error and its square, each with its standard error.
-    fn error(&self) -> ((f64, f64), (f64, f64)) {
+    fn error(&self) -> (Pair, Pair) {
         let error = &self.told.error;
         (pair(error.relative()), pair(error.squared))
     }
 
     /// The mean error of all channels, and of each.
-    fn mean(&self) -> ((f64, f64), Vec<Option<(f64, f64)>>) {
+    fn mean(&self) -> (Pair, Vec<Option<Pair>>) {
         let mean = &self.told.mean;
         (pair(mean.total), mean.channels.iter().map(|own| own.map(pair)).collect())
     }
@@ -89,7 +94,7 @@ impl Audited {
     }
 
     /// Parts of the picture: columns, rows, share of the squared error, mean error.
-    fn parts(&self) -> Vec<((usize, usize), (usize, usize), f64, (f64, f64))> {
+    fn parts(&self) -> Vec<(Ends, Ends, f64, Pair)> {
         let one = |own: &halflight_audit::Part| {
             let ends = |range: &std::ops::Range<usize>| (range.start, range.end);
             (ends(&own.columns), ends(&own.rows), own.share, pair(own.mean))

@@ -126,7 +126,7 @@ fn an_audit_ends_where_it_is_certain_of_what_was_asked() {
 fn what_is_no_picture_is_refused() {
     let (scene, mode) = global("cornell-box");
     let refused = |scene: &Scene, mode: Transport, picture: Picture| {
-        audit(scene, mode, &picture, &AuditGoal::default(), &Silent).err().expect("no audit")
+        audit(scene, mode, &picture, &AuditGoal::default(), &Silent).expect_err("no audit")
     };
     let mut hole = Picture::filled(4, 4, Rgb::ONE);
     hole.pixels[6].y = f32::NAN;
