@@ -8,9 +8,9 @@
 //! D(x) = T(x - s)    D - T ≈ -s · grad D         s in pixels, to the right and down, to first order
 //! ```
 //!
-//! Coefficients are fitted by least squares to D - B, or to B. They are linear in B, so that they have no bias (a gamma but
-//! that of the last step), and their covariance follows from that of independent estimates; what a fit takes from the
-//! squared error is
+//! Coefficients are fitted by least squares to D - B, or to B. They are linear in B, so that they have no bias (a gamma
+//! but that of the last step), and their covariance follows from that of independent estimates; what a fit takes from
+//! the squared error is
 //!
 //! ```text
 //! explained = c' A c - tr(A cov c),     A the normal matrix        of sum q

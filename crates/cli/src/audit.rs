@@ -139,7 +139,7 @@ fn places(own: &AuditArguments, common: &Common) -> Result<Vec<PathBuf>, CliErro
     make_directory(&common.out)?;
     let stem = name(&own.picture);
     let places = ["png", "exr"].map(|end| common.out.join(format!("{stem}-audit.{end}")));
-    places.iter().try_for_each(|path| check_destination(path))?;
+    places.iter().try_for_each(check_destination)?;
     Ok(places.to_vec())
 }
 
