@@ -173,7 +173,7 @@ fn one_mode(own: &AuditArguments, scene: &Scene) -> Result<Transport, CliError> 
     }
 }
 
-/// A series that is seen to diverge has no picture; where nothing lets light through and all absorbs some, it converges.
+/// A series that is seen to diverge has no picture; where nothing lets light through and all absorbs, it converges.
 fn check_series(console: &Console, scene: &Scene, transport: Transport, seed: u32) -> Result<(), CliError> {
     let passes = scene.transports(transport).iter().any(|own| own.tau > 0.0 && own.alpha > 0.0);
     let absorbs = scene.materials.iter().all(|material| material.rho.max_element() < 1.0);
