@@ -15,7 +15,7 @@ def test_what_is_brighter_is_told_with_its_factor() -> None:
     assert abs(told.mean_error.value - 0.25) < 5 * told.mean_error.standard_error
     (factor,) = told.causes[0].numbers
     assert told.causes[0].kind == "brightness" and abs(factor.value - 1.25) < 5 * factor.standard_error
-    assert told.signed.shape == (12, 16, 3) and np.allclose(told.signed, told.signed[0, 0])
+    assert told.signed.shape == (12, 16, 3) and told.signed.min() >= 0 and told.signed.max() > 0.05
     assert told.where[0].share > 0 and told.estimate[told.where[0].rows, told.where[0].columns].size
     same = hl.audit(furnace, 1.25 * right, at_most=0.1)
     assert same.error == told.error and np.array_equal(same.estimate, told.estimate)
