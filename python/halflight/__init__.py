@@ -13,6 +13,7 @@ shadowless, one-bounce and local illumination, and everything between.
 :func:`factors`, :func:`patch_factors`  form factors between objects, and between patches
 :func:`stability_map`                   where the series converges, over the (alpha, tau) square
 :func:`relight`, :func:`explore`        lamps of other strengths without a ray; a page to play with
+:func:`audit`                           the error of any picture, without a reference
 :func:`bake`                            lightmaps, and a glTF file that uses them
 :func:`open`                            what :meth:`Solution.save` kept
 ======================================  =================================================================
@@ -23,6 +24,7 @@ Lengths are in the scene's units, radiances in W/(m² sr), irradiances in W/m²,
 
 from typing import TYPE_CHECKING, Any
 
+from halflight._audit import Audit, audit
 from halflight._bake import LightMaps, bake
 from halflight._bounces import Bounce, Bounces
 from halflight._camera import Camera
@@ -59,6 +61,7 @@ if TYPE_CHECKING:
     from halflight._operator import Operator
 
 __all__ = [
+    "Audit",
     "Bounce",
     "Bounces",
     "Camera",
@@ -92,6 +95,7 @@ __all__ = [
     "Texture",
     "ToleranceWarning",
     "__version__",
+    "audit",
     "bake",
     "bounces",
     "box",

@@ -8,6 +8,40 @@ from pathlib import Path
 from typing import SupportsFloat, SupportsIndex, final
 
 @final
+class Audited:
+    """
+    What is told of a picture: `halflight.Audit`.
+    """
+    def answers(self, /) -> tuple[bool, bool | None]:
+        """
+        Whether the error is as well known as was asked, and whether it is at most what was asked about.
+        """
+    def causes(self, /) -> list[tuple[str, list[tuple[float, float]], float]]:
+        """
+        What would explain the error.
+        """
+    def error(self, /) -> tuple[tuple[float, float], tuple[float, float]]:
+        """
+        The relative RMS error and its square, each with its standard error.
+        """
+    def maps(self, /) -> list[Incomplete]:
+        """
+        The signed map, that of RMS errors, the estimate, its standard error, and the mask.
+        """
+    def mean(self, /) -> tuple[tuple[float, float], list[tuple[float, float] | None]]:
+        """
+        The mean error of all channels, and of each.
+        """
+    def parts(self, /) -> list[tuple[tuple[int, int], tuple[int, int], float, tuple[float, float]]]:
+        """
+        Parts of the picture: columns, rows, share of the squared error, mean error.
+        """
+    def taken(self, /) -> tuple[float, int, float, float, int, list[float]]:
+        """
+        Effective pixels, pixels that count, RMS of the scene, samples a pixel, rays, and seconds of both parts.
+        """
+
+@final
 class Baked:
     """
     Maps of a scene: `halflight.LightMaps`.
@@ -476,6 +510,11 @@ def assemble(scene: Scene, mode: tuple[SupportsFloat | SupportsIndex, SupportsFl
 def assemble_kept(scene: Scene, mode: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], fineness: tuple[SupportsIndex, SupportsIndex], luminaires: bool, factors: Incomplete, asked: Incomplete) -> System:
     """
     The same with rows of F that are known.
+    """
+
+def audit(scene: Scene, mode: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], picture: Incomplete, goal: Incomplete, asked: Incomplete) -> Audited:
+    """
+    Tells the error of a picture.
     """
 
 def bake(scene: Scene, mode: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], effort: Incomplete, asked: Incomplete) -> Baked:

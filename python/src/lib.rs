@@ -12,6 +12,7 @@
 //! Not handled: subinterpreters, and Python without the interpreter's lock.
 
 mod arrays;
+mod audit;
 mod bake;
 mod errors;
 mod explore;
@@ -31,6 +32,8 @@ use pyo3::prelude::*;
 /// The module `halflight._native`.
 #[pymodule]
 mod _native {
+    #[pymodule_export]
+    use super::audit::{Audited, audit};
     #[pymodule_export]
     use super::bake::{Baked, bake};
     #[pymodule_export]

@@ -26,7 +26,7 @@ use crate::scene::Sides;
 use crate::surfaces::{Geometry, SurfacePoint};
 
 /// Samples highlights.
-pub(crate) struct Highlights<'a> {
+pub struct Highlights<'a> {
     lights: &'a Lights,
     /// Shares of the luminaires in all power: area times radiance, channels added.
     shares: Shares,
@@ -58,7 +58,7 @@ impl Shown<'_> {
 
 impl<'a> Highlights<'a> {
     /// For the materials of a scene; none where none is glossy.
-    pub(crate) fn new(lights: &'a Lights) -> Option<Highlights<'a>> {
+    pub fn new(lights: &'a Lights) -> Option<Highlights<'a>> {
         let materials = &lights.geometry.scene.materials;
         materials.iter().find(|m| m.gloss.is_some())?;
         let power = |l: &Luminaire| l.area * f64::from(l.radiance.element_sum());
@@ -73,7 +73,7 @@ impl<'a> Highlights<'a> {
 
     /// Calls `each` with the emitters' parts of H at a point, W/(m² sr), from one draw of each kind, points of the unit
     /// square.
-    pub(crate) fn gather(
+    pub fn gather(
         &self,
         receiver: &SurfacePoint,
         gloss: Gloss,

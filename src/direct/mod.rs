@@ -46,6 +46,6 @@ pub use emitters::luminaire::Luminaire;
 pub use emitters::luminaire_texture::TOLERABLE;
 pub use emitters::luminaires::Luminaires;
 pub use emitters::occlusion::Occlusion;
-pub(crate) use highlights::Highlights;
+pub use highlights::Highlights;
 pub use lights::{Cuts, Lights, OwnCuts};
 pub use received::{Choice, LightSum, Received};

@@ -40,6 +40,8 @@ pub struct Gathered {
 pub struct GatheredLayer {
     /// Linear radiance.
     pub picture: Picture,
+    /// What half A of all rays shows less the picture; half B, independent but for the light on patches, lacks as much.
+    pub half: Picture,
     /// Standard error of every pixel.
     pub standard_error: Picture,
     /// RMS of what it adds to reflected light, over the pixels that see no luminaire, W/(m² sr).
@@ -123,6 +125,7 @@ impl Gathered {
         let standard_error = deviation(&self.standard_error);
         let layer = |layer: &GatheredLayer| GatheredLayer {
             picture: mean(&layer.picture),
+            half: mean(&layer.half),
             standard_error: deviation(&layer.standard_error),
             ..*layer
         };

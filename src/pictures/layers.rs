@@ -6,7 +6,8 @@
 //! names and what the layers show are in the attribute [`NAMES`]. A file without it, from another program, has layers
 //! by the names of its channels, and what is named as the standard error of another layer is that.
 //!
-//! Not handled: layers in parts of their own, other channels than R, G and B, names that differ in case alone.
+//! Not handled: layers in parts of their own, names that differ in case alone; reading layers of other channels than R,
+//! G and B.
 
 use std::collections::{BTreeMap, HashSet};
 use std::io::Cursor;
@@ -42,6 +43,12 @@ pub enum Shows {
     Light,
     /// The standard error of radiance.
     StandardError,
+    /// Reflectance.
+    Reflectance,
+    /// A direction, whose channels are X, Y and Z.
+    Direction,
+    /// A distance, in the one channel Z: the picture's red.
+    Distance,
 }
 
 impl<P> NamedPicture<P> {
@@ -62,19 +69,34 @@ const LONG: usize = 32;
 const LONGEST_FILE: usize = 255;
 
 impl Shows {
+    /// All of them, those whose names give way last.
+    const ALL: [Shows; 5] = [Shows::Light, Shows::Reflectance, Shows::Direction, Shows::Distance, Shows::StandardError];
+
     fn word(self) -> &'static str {
         match self {
             Shows::Light => "light",
             Shows::StandardError => STANDARD_ERROR,
+            Shows::Reflectance => "reflectance",
+            Shows::Direction => "direction",
+            Shows::Distance => "distance",
+        }
+    }
+
+    /// The channels of an EXR file that hold it.
+    fn channels(self) -> &'static [&'static str] {
+        match self {
+            Shows::Light | Shows::StandardError | Shows::Reflectance => &["R", "G", "B"],
+            Shows::Direction => &["X", "Y", "Z"],
+            Shows::Distance => &["Z"],
         }
     }
 
     /// What follows the name of what it is of.
     fn ending(self, name: &str) -> &'static str {
         match (self, name) {
-            (Shows::Light, _) => "",
             (Shows::StandardError, "") => "standard error",
             (Shows::StandardError, _) => ".standard error",
+            _ => "",
         }
     }
 }
@@ -117,7 +139,7 @@ fn unlike<P>(layers: &[NamedPicture<P>], most: usize, safe: impl Fn(char) -> cha
     let safe = |text: &str| text.chars().map(&safe).collect::<String>();
     let mut names = vec![String::new(); layers.len()];
     let mut taken = HashSet::new();
-    for shows in [Shows::Light, Shows::StandardError] {
+    for shows in Shows::ALL {
         for (k, layer) in layers.iter().enumerate().filter(|(_, layer)| layer.shows == shows) {
             let (stem, ending) = (safe(&layer.name), safe(shows.ending(&layer.name)));
             let numbers = std::iter::once(String::new()).chain((2..).map(|k| safe(&format!(" {k}"))));
@@ -155,14 +177,12 @@ fn write_layers(path: &Path, picture: &Picture, layers: &[NamedPicture<&Picture>
     };
     // A dot and the colour follow.
     let names = unlike(layers, LONGEST - 2, |c| if c == ' ' || c.is_ascii_graphic() { c } else { '_' });
-    let colours = ["R", "G", "B"].into_iter().enumerate();
-    let all = colours.flat_map(|(c, colour)| {
-        let own = channel(colour.into(), picture, c);
-        let layer =
-            |(name, layer): (&String, &NamedPicture<&Picture>)| channel(format!("{name}.{colour}"), layer.picture, c);
-        std::iter::once(own).chain(names.iter().zip(layers).map(layer)).collect::<Vec<_>>()
+    let own = Shows::Light.channels().iter().enumerate().map(|(c, colour)| channel((*colour).into(), picture, c));
+    let others = names.iter().zip(layers).flat_map(|(name, layer)| {
+        let channels = layer.shows.channels().iter().enumerate();
+        channels.map(move |(c, own)| channel(format!("{name}.{own}"), layer.picture, c))
     });
-    let (all, size) = (AnyChannels::sort(all.collect()), (width, height));
+    let (all, size) = (AnyChannels::sort(own.chain(others).collect()), (width, height));
     let mut layer = Layer::new(size, LayerAttributes::default(), Encoding::FAST_LOSSLESS, all);
     layer.attributes.other.insert(Text::new_or_panic(NAMES), described(layers, &names));
     let mut file = Cursor::new(Vec::new());
@@ -199,7 +219,7 @@ fn descriptions(attribute: Option<&AttributeValue>) -> BTreeMap<String, (Shows, 
     let text = |text: &Text| String::from_utf8_lossy(text.as_slice()).into_owned();
     let described = texts.chunks_exact(3).filter_map(|three| {
         let word = text(&three[0]);
-        let shows = [Shows::Light, Shows::StandardError].into_iter().find(|shows| shows.word() == word)?;
+        let shows = Shows::ALL.into_iter().find(|shows| shows.word() == word)?;
         Some((text(&three[1]), (shows, text(&three[2]))))
     });
     described.collect()

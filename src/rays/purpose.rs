@@ -37,6 +37,8 @@ pub enum Purpose {
     Reached,
     /// Rays from the cells of small faces of a page.
     CellRows,
+    /// Estimates that a picture is audited by.
+    Audit,
     /// References that `compare` renders by the path tracer.
     TracedReference,
     /// References that `compare` renders to a tolerance.
@@ -70,6 +72,7 @@ impl Purpose {
             Purpose::Texels => 0x3f84_d5b5,
             Purpose::Reached => 0x9d2c_5680,
             Purpose::CellRows => 0xefc6_0000,
+            Purpose::Audit => 0x4175_6469,
             Purpose::TracedReference => 0xd1b5_4a33,
             Purpose::SolvedReference => 0x5eed_0002,
         }
@@ -94,7 +97,7 @@ mod tests {
             Purpose::TracedReference,
             Purpose::SolvedReference,
         ];
-        all.extend([Purpose::Texels, Purpose::Reached, Purpose::CellRows]);
+        all.extend([Purpose::Texels, Purpose::Reached, Purpose::CellRows, Purpose::Audit]);
         all.extend([0, 1].map(Purpose::CameraRays));
         all.extend([0, 1].map(Purpose::HemisphereRays));
         all.extend((0..16).map(Purpose::Points));

@@ -14,6 +14,7 @@ use halflight::pictures::{ImageError, MetricError, WriteError};
 use halflight::render::{PictureUnfit, RenderError, Stored, Unfit};
 use halflight::scene::SceneError;
 use halflight::solve::{Diverges, Verdict};
+use halflight_audit::{AuditError, Estimated};
 use halflight_bake::BakeError;
 use halflight_explore::PageError;
 use halflight_export::kept::KeptError;
@@ -93,6 +94,24 @@ pub enum CliError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Bake(BakeError),
+    /// A picture cannot be audited: exit code 3, or 4 where the series diverges.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Audit(#[from] AuditError),
+    /// An audited picture is certainly further off than was asked: exit code 7.
+    #[error(
+        "the picture is {:.2} % ± {:.2} % off, certainly more than {:.2} %",
+        100.0 * error.value,
+        100.0 * error.standard_error,
+        100.0 * most
+    )]
+    #[diagnostic(code(halflight::audit::above), help("the maps show where; a larger --at-most lets it pass"))]
+    Above {
+        /// Its error.
+        error: Estimated,
+        /// The error asked about.
+        most: f64,
+    },
     /// What an earlier run kept is not what is needed: exit code 3.
     #[error("{message}")]
     #[diagnostic(code(halflight::relight))]
@@ -126,6 +145,9 @@ impl CliError {
             CliError::Kept(_) | CliError::Lamps(_) | CliError::Relight { .. } | CliError::Bake(_) => 3,
             CliError::Scene(_) | CliError::Metric(_) | CliError::Sensor(_) => 3,
             CliError::Diverges(e) if e.verdict == Verdict::Undecided => 6,
+            CliError::Audit(AuditError::Endless) => 4,
+            CliError::Audit(_) => 3,
+            CliError::Above { .. } => 7,
             CliError::Diverges(_) | CliError::Overflow(_) => 4,
             CliError::Memory(..) | CliError::Pictures(_) => 5,
         }

@@ -9,6 +9,7 @@
 //! | 4 | the bounce series of the requested mode diverges, or overflows while traced: there is no picture |
 //! | 5 | K or the pictures would not fit in memory: the message has the number of patches or pixels that would |
 //! | 6 | undecided: the bounds on the spectral radius enclose 1, so no picture can be proved to be the sum |
+//! | 7 | the error of an audited picture is certainly more than `--at-most` |
 //! | 101 | a fault of the program |
 //! | 130 | interrupted: finished files are whole, the others were not written |
 //!
@@ -16,6 +17,7 @@
 //! look for it. SIGTERM and SIGHUP count the same. Where one of the three is already ignored or handled, as under
 //! `nohup`, all three stay as they are. Only place for `ctrlc`.
 
+pub(crate) mod audit;
 pub(crate) mod bake;
 pub(crate) mod bounces;
 pub(crate) mod console;
@@ -45,6 +47,7 @@ use clap_complete::Shell;
 use halflight_team as team;
 use serde::Serialize;
 
+use crate::audit::AuditArguments;
 use crate::bake::Bake;
 use crate::bounces::Bounces;
 use crate::console::Console;
@@ -84,6 +87,7 @@ Exit codes:
   5  K or the pictures would not fit in memory: the message has the number of patches or
      pixels that would
   6  undecided: the bounds on the spectral radius enclose 1
+  7  the error of an audited picture is certainly more than --at-most
   101  a fault of the program
   130  interrupted (Ctrl-C): finished files are whole, the others were not written";
 
@@ -106,6 +110,8 @@ enum Command {
     Render(Render),
     /// Study the bounce series E, KE, K²E, ... of a scene
     Bounces(Bounces),
+    /// Tell the error of any picture of a scene, and where it is: no reference is rendered
+    Audit(AuditArguments),
     /// Bake lightmaps, or an irradiance volume, with a glTF file that uses them: no GPU is needed
     Bake(Bake),
     /// Chart speed against accuracy: error over time of every method and setting, and where the time goes
@@ -222,6 +228,7 @@ fn run(Cli { command, common }: Cli) -> Result<(), CliError> {
     match &command {
         Command::Render(own) => render::run(own, &common, &console),
         Command::Bounces(own) => bounces::run(own, &common, &console),
+        Command::Audit(own) => audit::run(own, &common, &console),
         Command::Bake(own) => bake::run(own, &common, &console),
         Command::Chart(own) => studies::chart(own, &common, &console),
         Command::Compare(own) => studies::compare(own, &common, &console),
@@ -282,7 +289,7 @@ mod tests {
     #[test]
     fn the_help_has_every_code_of_the_table() {
         let table = codes(include_str!("main.rs"), "//! | ");
-        assert_eq!(table, [0, 1, 2, 3, 4, 5, 6, 101, INTERRUPTED]);
+        assert_eq!(table, [0, 1, 2, 3, 4, 5, 6, 7, 101, INTERRUPTED]);
         let help = Cli::command().render_long_help().to_string();
         let (_, listed) = help.split_once("Exit codes:").unwrap();
         assert_eq!(codes(listed, "  "), table);

@@ -18,7 +18,7 @@ use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::Transport;
 use halflight::operator::Bounds;
-use halflight::pictures::{Size, check_extension, is_exr, write_layered};
+use halflight::pictures::{NamedPicture, Picture, Size, check_extension, is_exr, write_layered};
 use halflight::render::{Apart, Errors, Rendered, Seconds};
 use halflight::scene::Scene;
 use halflight::solve::Diverges;
@@ -57,7 +57,10 @@ pub fn run(own: &Render, common: &Common, console: &Console) -> Result<(), CliEr
         check_extension(path)?;
     }
     if own.standard_error {
-        check_layered(own.output.as_deref())?;
+        check_layered(own.output.as_deref(), "--standard-error is a layer")?;
+    }
+    if own.layers.are_numbers() {
+        check_layered(own.output.as_deref(), "layers for denoisers are layers")?;
     }
     let Problem { subject, effort, .. } = &own.problem;
     let scene = subject.load(console)?;
@@ -199,7 +202,7 @@ impl Run<'_> {
         &self,
         solver: &Solver,
         transport: Transport,
-        found: Result<Rendered, Diverges>,
+        mut found: Result<Rendered, Diverges>,
     ) -> Result<Outcome<RenderReport, Diverges>, CliError> {
         let (radius, verdict) = found.as_ref().map_or_else(|e| (e.radius, e.verdict), |s| (s.radius, s.verdict));
         let mut report = RenderReport {
@@ -208,13 +211,17 @@ impl Run<'_> {
             verdict: verdict.name(),
             ..RenderReport::new(&solver.geometry().scene, transport, self.own.size)
         };
-        if let Ok(found) = &found {
+        if let Ok(found) = &mut found {
+            let geometry = solver.geometry();
+            let denoisers = self.own.layers.for_denoisers(&geometry.scene, &geometry.rays, found);
             self.describe(found, &mut report);
             report.luminaires.clone_from(&found.emitters);
             report.exposure = self.exposing.of(&found.picture).stops;
-            report.layers = found.layers.iter().map(|layer| layer.kind.name()).collect();
+            let others = denoisers.layers();
+            let own = found.layers.iter().map(|layer| layer.kind.name());
+            report.layers = own.chain(others.iter().map(|layer| layer.name.clone())).collect();
             report.layer_errors = found.layers.iter().filter_map(|layer| layer.error).collect();
-            report.files.extend(self.write(transport, found)?);
+            report.files.extend(self.write(transport, found, others)?);
         }
         if let (Some(sensors), Precision::Within(tolerance)) = (&self.sensors, self.precision) {
             let place = (self.places.directory, self.places.stem.as_str());
@@ -244,11 +251,17 @@ impl Run<'_> {
         }
     }
 
-    fn write(&self, transport: Transport, found: &Rendered) -> Result<Vec<PathBuf>, CliError> {
+    fn write(
+        &self,
+        transport: Transport,
+        found: &Rendered,
+        others: Vec<NamedPicture<&Picture>>,
+    ) -> Result<Vec<PathBuf>, CliError> {
         let exposure = self.exposing.of(&found.picture);
         let errors = if self.own.standard_error { Errors::Written } else { Errors::LeftOut };
         let path = self.places.picture(transport);
-        Ok(write_layered(&path, &found.picture, &found.named_layers(errors), exposure)?)
+        let layers = [found.named_layers(errors), others].concat();
+        Ok(write_layered(&path, &found.picture, &layers, exposure)?)
     }
 
     /// A line on one mode.
@@ -273,13 +286,13 @@ impl Run<'_> {
     }
 }
 
-/// The standard error is a layer of an EXR file.
-fn check_layered(output: Option<&Path>) -> Result<(), CliError> {
+/// Some layers are those of an EXR file alone.
+fn check_layered(output: Option<&Path>, what: &str) -> Result<(), CliError> {
     if output.is_some_and(is_exr) {
         return Ok(());
     }
     Err(CliError::Usage {
-        message: "--standard-error is a layer of an EXR file, and the picture is to be a PNG".into(),
+        message: format!("{what} of an EXR file, and the picture is to be a PNG"),
         help: "name an EXR file: --output FILE.exr".into(),
     })
 }

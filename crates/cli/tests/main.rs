@@ -1,5 +1,6 @@
 //! Tests of the program, which run it, as one program: it is compiled and linked once.
 
+mod audit;
 mod bake;
 mod chart;
 mod cli;

@@ -10,11 +10,13 @@
 //! | `.ply` | patches with colours ([`PatchMesh::write_ply`]) | Blender, MeshLab, `trimesh` |
 //!
 //! All are written whole or not at all, and their bytes depend on what they hold alone. [`kept`] keeps a solved scene
-//! as a folder of such files, and reads it back.
+//! as a folder of such files, and reads it back. What denoisers take beside a picture are [`Guides`] and
+//! [`LightParts`].
 //!
 //! Not handled: compressed files; pictures and tables of text ([`halflight::pictures`]).
 
 mod arrays;
+mod denoiser;
 mod fields;
 pub mod kept;
 mod matrix_market;
@@ -23,6 +25,7 @@ mod npz;
 mod scene_bytes;
 
 pub use arrays::{Array, Values};
+pub use denoiser::{Guides, LightParts};
 pub use fields::{light_array, terms_array};
 pub use matrix_market::write_matrix_market;
 pub use mesh::{CellData, PatchMesh};

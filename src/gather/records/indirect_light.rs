@@ -148,6 +148,7 @@ impl IndirectLight {
             let rms = |sum: f64| (sum / (3.0 * f64::max(count, 1.0))).sqrt();
             GatheredLayer {
                 picture: drawn(view, |k| whole(all(k)) / pixels[k].camera()),
+                half: drawn(view, |k| difference(all(k)) / pixels[k].camera()),
                 standard_error: drawn(view, |k| pixels[k].variance(all(k)).map(f64::sqrt)),
                 rms: rms(squares),
                 noise: rms(noise),
@@ -220,6 +221,11 @@ fn drawn(view: &View, value: impl Fn(usize) -> DVec3) -> Picture {
 /// The sum of two halves.
 fn whole([a, b]: [DVec3; 2]) -> DVec3 {
     a + b
+}
+
+/// The difference of two halves.
+fn difference([a, b]: [DVec3; 2]) -> DVec3 {
+    a - b
 }
 
 /// A squared error by products of halves, which noise may make negative; NaN stays, where [`f64::max`] makes it 0.
