@@ -1,7 +1,8 @@
 //! Irradiance at given points: direct light by closed form and visibility rays, all other light by hemisphere rays.
 //!
 //! ```text
-//! irradiance(x) = pi (sum over luminaires of F_l E_l T  +  mean of L_h over N rays  +  mean of sum of w_k r_k over n paths)
+//! irradiance(x) = pi (sum over luminaires of F_l E_l T
+//!                     + mean of L_h over N rays  +  mean of sum of w_k r_k over n paths)
 //! ```
 //!
 //! L_h is what a cosine-distributed ray reads of the light on patches, which costs a cast and varies little; the
@@ -83,13 +84,6 @@ impl Asked {
     }
 }
 
-impl Means {
-    /// Whether no ray brought light.
-    fn is_nothing(&self) -> bool {
-        self.total == DVec3::ZERO && self.variance == DVec3::ZERO
-    }
-}
-
 /// Estimates irradiance at points under some lights, of fields of light on patches.
 pub(crate) struct IrradianceSampler<'a> {
     view: &'a View<'a>,
@@ -136,6 +130,13 @@ struct Means {
     variances: [f64; KINDS],
     /// Of what paths change.
     paths: DVec3,
+}
+
+impl Means {
+    /// Whether no ray brought light.
+    fn is_nothing(&self) -> bool {
+        self.total == DVec3::ZERO && self.variance == DVec3::ZERO
+    }
 }
 
 fn mean(values: &[DVec3; REPLICAS]) -> DVec3 {
