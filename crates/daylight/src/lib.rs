@@ -1,0 +1,36 @@
+//! Daylight: how much of each patch of the sky reaches points in a scene, and what skies of weather files make of it.
+//!
+//! Daylight practice computes D, points by sky patches, once, and multiplies it by the sky of every hour. Here each
+//! coefficient has a standard error.
+//!
+//! | module | has |
+//! |---|---|
+//! | `division` | the patches of Tregenza and Reinhart, in Radiance's order |
+//! | `sun`, `weather`, `perez`, `sky` | where the sun is; EPW and `.wea` files; luminance of the sky by weather, by CIE |
+//! | `barriers`, `sight` | what is seen of the sky between things, by closed form or by rays |
+//! | `gather`, `light_on_patches`, `residual`, `coefficients` | D with its errors |
+//!
+//! Not handled: glass by angle, blinds as BSDF, coloured skies.
+
+#![forbid(unsafe_code)]
+
+mod barriers;
+mod coefficients;
+mod division;
+mod error;
+mod gather;
+mod light_on_patches;
+mod perez;
+mod residual;
+mod sight;
+mod sky;
+mod sun;
+mod weather;
+
+pub use coefficients::{Coefficients, DaylightGoal, Way, coefficients};
+pub use division::{Compass, Division, OPEN, SkyPatch, direction};
+pub use error::DaylightError;
+pub use perez::{Daylight, Measured, perez};
+pub use sky::{RADIANCE_EFFICACY, STANDARD, Skies, Sky, SkyTime, Standard, Sun};
+pub use sun::{DIAMETER, Location, SunPlace, day_of_year, sun_at};
+pub use weather::{Weather, WeatherTime};

@@ -1,0 +1,1 @@
+//! Daylight against closed forms.
