@@ -15,6 +15,7 @@ use halflight::render::{PictureUnfit, RenderError, Stored, Unfit};
 use halflight::scene::SceneError;
 use halflight::solve::{Diverges, Verdict};
 use halflight_bake::BakeError;
+use halflight_daylight::DaylightError;
 use halflight_explore::PageError;
 use halflight_export::kept::KeptError;
 use halflight_lighting::{LampError, SensorError};
@@ -93,6 +94,20 @@ pub enum CliError {
     #[error(transparent)]
     #[diagnostic(transparent)]
     Bake(BakeError),
+    /// A weather file or a matrix of skies is wrong: exit code 3.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Daylight(DaylightError),
+    /// A table of emissivities is wrong: exit code 3.
+    #[error("{message}")]
+    #[diagnostic(
+        code(halflight::exchange),
+        help("a row is an object of the scene and its emissivity, above 0 and up to 1, with a comma between them")
+    )]
+    Exchange {
+        /// Where, and what is wrong.
+        message: String,
+    },
     /// What an earlier run kept is not what is needed: exit code 3.
     #[error("{message}")]
     #[diagnostic(code(halflight::relight))]
@@ -123,7 +138,7 @@ impl CliError {
             CliError::Image(ImageError::Read { .. } | ImageError::Decode { .. }) => 3,
             CliError::Image(_) | CliError::Write(_) | CliError::Chart(_) => 1,
             CliError::Kept(KeptError::Write(_) | KeptError::Occupied { .. }) => 1,
-            CliError::Kept(_) | CliError::Lamps(_) | CliError::Relight { .. } | CliError::Bake(_) => 3,
+            CliError::Kept(_) | CliError::Lamps(_) | CliError::Relight { .. } | CliError::Bake(_) | CliError::Daylight(_) | CliError::Exchange { .. } => 3,
             CliError::Scene(_) | CliError::Metric(_) | CliError::Sensor(_) => 3,
             CliError::Diverges(e) if e.verdict == Verdict::Undecided => 6,
             CliError::Diverges(_) | CliError::Overflow(_) => 4,
@@ -166,6 +181,17 @@ impl From<BakeError> for CliError {
             BakeError::Image(e) => e.into(),
             BakeError::Write(e) => e.into(),
             own => CliError::Bake(own),
+        }
+    }
+}
+
+impl From<DaylightError> for CliError {
+    fn from(error: DaylightError) -> CliError {
+        match error {
+            DaylightError::Diverges(e) => e.into(),
+            DaylightError::Memory(e) => e.into(),
+            DaylightError::Write(e) => e.into(),
+            own => CliError::Daylight(own),
         }
     }
 }

@@ -54,6 +54,8 @@ pub struct DaylightGoal<'a> {
     pub division: Division,
     /// Which way is up, and which is north.
     pub compass: Compass,
+    /// Suns: east, north and up of the directions to their middles.
+    pub suns: &'a [DVec3],
     /// Reflections that count: 0 is direct light alone, none all of them.
     pub bounces: Option<usize>,
     /// RMS over the columns of a point's errors over that of its coefficients, in the RMS over points.
@@ -93,6 +95,10 @@ pub struct Coefficients {
     pub reflected: Vec<[f64; 3]>,
     /// Its standard error, sr.
     pub reflected_error: Vec<[f64; 3]>,
+    /// Irradiance straight by each sun of unit irradiance on a plane that faces it, points × suns; and its error.
+    pub suns: Vec<[f64; 2]>,
+    /// Suns.
+    pub sun_count: usize,
     /// The relative error of points that the tolerance is held against.
     pub error: f64,
     /// The part of it that is due to the size of patches.
@@ -192,12 +198,23 @@ pub fn coefficients(scene: &Scene, sensors: &[Sensor], goal: &DaylightGoal) -> R
     };
     let (direct, errors): (Vec<_>, Vec<_>) = points.par_iter().enumerate().map(seen).unzip();
     let (direct, direct_error): (Vec<f64>, Vec<f64>) = (direct.concat(), errors.concat());
+    let of_sun = |point: &SurfacePoint, (k, towards): (usize, &DVec3)| {
+        if towards.z <= 0.0 {
+            return [0.0; 2];
+        }
+        let (irradiance, error) = sight.sun(point, *towards, hash(k as u32, goal.seed ^ SALT));
+        [irradiance, error]
+    };
+    let own = |point| goal.suns.iter().enumerate().map(move |sun| (point, sun));
+    let suns = points.par_iter().flat_map_iter(own).map(|(point, sun)| of_sun(point, sun)).collect();
     let dark = vec![[0.0; 3]; direct.len()];
     let mut found = Coefficients {
         division: goal.division,
         points: points.len(),
         reflected: dark.clone(),
         reflected_error: dark,
+        suns,
+        sun_count: goal.suns.len(),
         error: 0.0,
         patch_error: 0.0,
         met: true,

@@ -8,18 +8,23 @@
 //! | `division` | the patches of Tregenza and Reinhart, in Radiance's order |
 //! | `sun`, `weather`, `perez`, `sky` | where the sun is; EPW and `.wea` files; luminance of the sky by weather, by CIE |
 //! | `barriers`, `sight` | what is seen of the sky between things, by closed form or by rays |
+//! | `annual` | illuminance under skies, autonomy, sunlit hours, UDI |
+//! | `matrix_file`, `files` | Radiance's matrices; all that is written |
 //! | `gather`, `light_on_patches`, `residual`, `coefficients` | D with its errors |
 //!
 //! Not handled: glass by angle, blinds as BSDF, coloured skies.
 
 #![forbid(unsafe_code)]
 
+mod annual;
 mod barriers;
 mod coefficients;
 mod division;
 mod error;
+mod files;
 mod gather;
 mod light_on_patches;
+mod matrix_file;
 mod perez;
 mod residual;
 mod sight;
@@ -27,9 +32,12 @@ mod sky;
 mod sun;
 mod weather;
 
+pub use annual::{Illuminance, Metrics, Occupied, PointMetrics};
 pub use coefficients::{Coefficients, DaylightGoal, Way, coefficients};
 pub use division::{Compass, Division, OPEN, SkyPatch, direction};
 pub use error::DaylightError;
+pub use files::{DaylightFiles, DaylightReport, write_daylight};
+pub use matrix_file::Matrix;
 pub use perez::{Daylight, Measured, perez};
 pub use sky::{RADIANCE_EFFICACY, STANDARD, Skies, Sky, SkyTime, Standard, Sun};
 pub use sun::{DIAMETER, Location, SunPlace, day_of_year, sun_at};

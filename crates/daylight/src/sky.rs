@@ -12,9 +12,13 @@
 //! Sources: ISO 15469:2004 (CIE S 011), types 1 and 12 in the form of CIE 110-1994; weather by [`crate::perez()`]. Not
 //! handled: coloured skies.
 
+use std::path::Path;
+
 use glam::DVec3;
 
 use crate::division::{Division, OPEN};
+use crate::error::DaylightError;
+use crate::matrix_file::Matrix;
 use crate::perez::{Measured, perez};
 use crate::sun::SunPlace;
 use crate::weather::Weather;
@@ -115,6 +119,24 @@ impl Skies {
         Skies { division, skies, hours: 1.0, name: kind.name().to_owned() }
     }
 
+    /// The skies of a matrix of Radiance's, a row a column of the division and a column a time: luminance is 179 lm/W
+    /// times 0.265 R + 0.670 G + 0.065 B, suns are a part of them, and they have no times.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or has other rows.
+    pub fn read_matrix(path: &Path, division: Division) -> Result<Skies, DaylightError> {
+        let Matrix { rows, columns, values } = Matrix::read(path)?;
+        if rows != division.columns() {
+            let message =
+                format!("has {rows} rows; MF:{} has {} columns", division.fineness(), division.columns());
+            return Err(DaylightError::Matrix { file: path.display().to_string(), message });
+        }
+        let luminance = |k: usize| values.iter().skip(k).step_by(columns).map(|own| radiance_luminance(*own)).collect();
+        let skies = (0..columns).map(|k| Sky { time: None, luminance: luminance(k), sun: None }).collect();
+        let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+        Ok(Skies { division, skies, hours: 1.0, name })
+    }
+
     /// All columns, row by row as Radiance's matrices of skies have them, a sky a column: radiance over all channels
     /// alike, luminance over 179 lm/W, with the sun spread over the nearest patches.
     pub fn radiances(&self) -> Vec<Vec<f64>> {
@@ -122,6 +144,12 @@ impl Skies {
         let of = |column: usize| all.iter().map(|sky| sky[column] / RADIANCE_EFFICACY).collect();
         (0..self.division.columns()).map(of).collect()
     }
+}
+
+/// Luminance of Radiance's RGB radiance, cd/m².
+fn radiance_luminance(channels: [f32; 3]) -> f64 {
+    let [r, g, b] = channels.map(f64::from);
+    RADIANCE_EFFICACY * (0.265 * r + 0.670 * g + 0.065 * b)
 }
 
 impl Standard {

@@ -1,1 +1,6 @@
-//! Daylight against closed forms.
+//! Daylight coefficients against closed forms, under rotation, and their errors against what they are.
+
+mod openings;
+mod rooms;
+mod statistics;
+mod weather_files;

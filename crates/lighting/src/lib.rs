@@ -21,7 +21,7 @@ pub use aims::aims;
 pub use dimming::dimmed;
 pub use kept_lamps::LampError;
 pub use measured::{Columns, Measured, table};
-pub use plan::plan;
+pub use plan::{Words, plan, plan_of};
 pub use quantity::{Quantity, digits, lux};
 pub use relight::{Factors, LampLight, Relit, RelitPoint, SolvedPoint};
 pub use sensors::{Grid, SensorError, SensorLayout};

@@ -40,20 +40,20 @@ impl Points {
     /// Reads the table, or lays the grid; none where none is requested.
     pub fn sensors(&self, scene: &Scene) -> Result<Option<Sensors>, CliError> {
         let Some(given) = &self.points else { return Ok(None) };
-        let grid = given.strip_prefix("grid:").map(|text| {
-            let (object, height, spacing) = grid_of(text).ok_or_else(|| CliError::Usage {
-                message: format!("`{given}` is no grid"),
-                help: "name an object, a height over it and a spacing: --points grid:floor@0.8,0.25".into(),
-            })?;
-            Ok::<_, CliError>(SensorLayout::over(scene, object, height, spacing)?)
-        });
-        let layout = match grid {
-            Some(grid) => grid?,
-            None => SensorLayout::read(Path::new(given))?,
-        };
+        let layout = layout_of(scene, given)?;
         let quantity = if self.lux { Quantity::Illuminance } else { Quantity::Irradiance };
         Ok(Some(Sensors { layout, columns: Columns { quantity, by_bounce: self.by_bounce } }))
     }
+}
+
+/// The sensors of a table, or of a grid over an object.
+pub fn layout_of(scene: &Scene, given: &str) -> Result<SensorLayout, CliError> {
+    let Some(text) = given.strip_prefix("grid:") else { return Ok(SensorLayout::read(Path::new(given))?) };
+    let (object, height, spacing) = grid_of(text).ok_or_else(|| CliError::Usage {
+        message: format!("`{given}` is no grid"),
+        help: "name an object, a height over it and a spacing: --points grid:floor@0.8,0.25".into(),
+    })?;
+    Ok(SensorLayout::over(scene, object, height, spacing)?)
 }
 
 /// Object, height and spacing of `OBJECT@HEIGHT,SPACING`.
