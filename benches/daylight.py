@@ -139,7 +139,7 @@ def rfluxmtx(folder, name, samples, bounces=8, seed=0):
     start = time.perf_counter()
     options = ["-I", "-n", os.cpu_count(), "-ab", bounces, "-ad", samples, "-lw", 0.1 / samples, "-y", len(points())]
     with open(folder / "office.pts", "rb") as given:
-        bytes_ = run(["rfluxmtx", "-ff", *options, "-u+", "-", "sky.rad", "office.rad"], folder, stdin=given)
+        bytes_ = run(["rfluxmtx", "-faf", *options, "-u+", "-", "sky.rad", "office.rad"], folder, stdin=given)
     seconds = time.perf_counter() - start
     (folder / f"{name}.mtx").write_bytes(bytes_)
     return read_matrix(bytes_)[:, :, 0], seconds

@@ -28,7 +28,7 @@ use crate::division::{Compass, Division};
 use crate::error::DaylightError;
 use crate::gather::{Gathered, Reading, Scratch, Surroundings};
 use crate::light_on_patches::{OnPatches, Reflecting, adjoint_is_cheaper};
-use crate::residual::{Residual, Solved};
+use crate::residual::{Measure, Residual, Solved};
 use crate::sight::Sight;
 
 /// Answers of which the mean is taken.
@@ -308,7 +308,8 @@ impl Reflections<'_> {
                 let patches = self.solver.last_cut().patches;
                 let around = Surroundings { sight: self.sight, patches: &patches, passed_on: &solved.passed_on };
                 let seed = hash(round, self.goal.seed ^ SALT ^ 0x7265_7369);
-                Residual::measure(&around, solved, self.points, (self.goal.bounces, seed))
+                let measure = Measure::to(self.goal.tolerance, self.points.len(), self.goal.bounces, seed);
+                Residual::measure(&around, solved, self.points, measure)
             }
             None => Residual::default(),
         };

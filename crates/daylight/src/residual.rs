@@ -20,13 +20,34 @@ use rayon::prelude::*;
 use crate::gather::{Met, Surroundings};
 use crate::light_on_patches::OnPatches;
 
-/// Points at which it is measured at most, rays from each and from each place, and places of a path.
+/// Points at which it is measured at most, and at least: fewer are looked from several times, for noise is known by the
+/// differences between them. Rays from each place, and places of a path.
 const POINTS: usize = 48;
-const RAYS: usize = 12;
+const FEWEST: usize = 12;
 const ONWARD: usize = 24;
 const PLACES: usize = 3;
 /// Meridians by which a place sees the sky.
 const MERIDIANS: usize = 30;
+
+/// How b is measured.
+#[derive(Clone, Copy)]
+pub(crate) struct Measure {
+    /// Reflections that count; none where all do.
+    pub bounces: Option<usize>,
+    /// Rays from each point, twice.
+    pub rays: u32,
+    pub seed: u32,
+}
+
+impl Measure {
+    /// As many rays as noise below a tolerance needs: that of the product of two estimates is one over their number,
+    /// and of so many points one over the root of theirs.
+    pub fn to(tolerance: f64, points: usize, bounces: Option<usize>, seed: u32) -> Measure {
+        let points = points.clamp(FEWEST, POINTS) as f64;
+        let rays = 1.6 / tolerance * (POINTS as f64 / points).sqrt();
+        Measure { bounces, rays: rays.clamp(48.0, 512.0) as u32, seed }
+    }
+}
 
 /// Light on patches: the sum of several answers.
 pub(crate) struct Solved {
@@ -72,13 +93,15 @@ impl Residual {
         around: &Surroundings,
         solved: &Solved,
         points: &[SurfacePoint],
-        (bounces, seed): (Option<usize>, u32),
+        measure: Measure,
     ) -> Residual {
         let step = points.len().div_ceil(POINTS).max(1);
-        let chosen: Vec<usize> = (0..points.len()).step_by(step).collect();
-        let own = |&x: &usize| {
-            let path = Path { around, solved, point: &points[x], bounces };
-            let [a, b] = [0, 1].map(|half| path.lacking(hash(2 * x as u32 + half, seed)));
+        let times = FEWEST.div_ceil(points.len());
+        let chosen: Vec<usize> = (0..times * points.len()).step_by(step).collect();
+        let own = |&k: &usize| {
+            let x = k % points.len();
+            let path = Path { around, solved, point: &points[x], measure };
+            let [a, b] = [0, 1].map(|half| path.lacking(hash(2 * k as u32 + half, measure.seed)));
             let both = |of: fn(f64, f64) -> f64, p: &[[f32; 3]], q: &[[f32; 3]]| {
                 let numbers = p.as_flattened().iter().zip(q.as_flattened());
                 numbers.map(|(p, q)| of(f64::from(*p), f64::from(*q))).sum::<f64>()
@@ -96,7 +119,7 @@ impl Residual {
         let square = product / whole;
         let apart = found.iter().map(|own| (own.0 - square * own.1).powi(2)).sum::<f64>();
         let count = found.len() as f64;
-        let error = if count > 1.0 { (apart * count / (count - 1.0)).sqrt() / whole } else { square.abs() };
+        let error = (apart * count / (count - 1.0)).sqrt() / whole;
         Residual { share: (square.max(0.0) + error).sqrt(), rays: found.iter().map(|own| own.2).sum() }
     }
 }
@@ -106,7 +129,7 @@ struct Path<'a> {
     around: &'a Surroundings<'a>,
     solved: &'a Solved,
     point: &'a SurfacePoint,
-    bounces: Option<usize>,
+    measure: Measure,
 }
 
 /// What paths from a point find.
@@ -123,13 +146,13 @@ impl Path<'_> {
         let columns = self.around.sight.division.columns();
         let mut found = Lacking { lacks: vec![[0.0; 3]; columns], read: vec![[0.0; 3]; columns], rays: 0 };
         let mut hits = Vec::new();
-        for k in 0..RAYS {
-            let mut random = Stream::new(hash(k as u32, seed));
-            // Strata around the normal, so that the rays of a point look everywhere.
-            let u = (k as f32 + random.uniform()) / RAYS as f32;
-            let mut onward = cosine_direction(self.point.normal, u, random.uniform());
-            let (mut from, mut weight) = (*self.point, Vec3::splat(1.0 / RAYS as f32));
-            let places = if self.bounces.is_some() { 1 } else { PLACES };
+        let Measure { bounces, rays, .. } = self.measure;
+        let places = if bounces.is_some() { 1 } else { PLACES };
+        for k in 0..rays {
+            let mut random = Stream::new(hash(k, seed));
+            let [u, v, ..] = self.around.sight.numbers(k, seed);
+            let mut onward = cosine_direction(self.point.normal, u, v);
+            let (mut from, mut weight) = (*self.point, Vec3::splat(1.0 / rays as f32));
             for place in 0..places {
                 let mut met: Vec<Met> = Vec::new();
                 self.around.meet(&from, onward, &mut hits, |own| met.push(own));
@@ -166,7 +189,7 @@ impl Path<'_> {
         for (out, grey) in found.lacks.iter_mut().zip(&grey) {
             *out = [0, 1, 2].map(|c| out[c] + sent[c] * grey);
         }
-        if self.bounces == Some(1) {
+        if self.measure.bounces == Some(1) {
             return;
         }
         let deeper = self.solved.second.as_ref().unwrap_or(&self.solved.first);

@@ -117,7 +117,8 @@ fn what_stands_before_the_sky_hides_it_to_its_edge() {
     let wall = scene(&[(rectangle(v(-50.0, 1.0, -1.0), v(0.0, 0.0, 2.0), v(100.0, 0.0, 0.0)), 0.0)]);
     let found = daylight(&wall, &[sensor(v(0.0, 0.0, 0.0), DVec3::Z)], 1, (Some(0), 0.02, 0));
     let all: f64 = (1..found.columns()).map(|p| found.of(0, p)[0]).sum();
-    let hidden = lambert(DVec3::ZERO, DVec3::Z, &[v(-50.0, 1.0, 0.0), v(50.0, 1.0, 0.0), v(50.0, 1.0, 1.0), v(-50.0, 1.0, 1.0)]);
+    // The point is lifted by 4e-6 of the half extent, 50 m.
+    let hidden = lambert(v(0.0, 0.0, 2e-4), DVec3::Z, &[v(-50.0, 1.0, 2e-4), v(50.0, 1.0, 2e-4), v(50.0, 1.0, 1.0), v(-50.0, 1.0, 1.0)]);
     assert!((all / PI - 1.0 + hidden).abs() < 2.0 * QUADRATURE, "{} {hidden}", all / PI);
 }
 
@@ -150,7 +151,7 @@ fn a_sun_shines_by_the_part_of_its_disc_that_is_seen() {
         for (x, cosine) in [(0, at.z), (1, 1.0), (2, 0.0)] {
             let [own, error] = found.suns[x];
             // Over a disc of this size cosines differ by 5e-3, and with the disc cut its middle moves by half of that.
-            assert!((own - cosine * seen).abs() < 4e-3 * seen, "{off} {x}: {own} {}", cosine * seen);
+            assert!((own - cosine * seen).abs() <= 4e-3 * seen, "{off} {x}: {own} {}", cosine * seen);
             assert!(error < 1e-4, "{error}");
             if x == 1 {
                 assert!((own - seen).abs() < 3e-5, "{off}: {own} {seen}");

@@ -46,9 +46,8 @@ pub fn room(rho: f64, in_roof: bool, turn: DQuat) -> Scene {
         rectangle(v(0.0, 0.0, 0.0), x, y),
         rectangle(v(0.0, 0.0, 0.0), y, z),
         rectangle(x, z, y),
-        rectangle(y, x, z).map(|p| p),
+        rectangle(y, x, z),
     ];
-    quads[3] = rectangle(y, x, z);
     let around = |low: DVec3, across: DVec3, up: DVec3, hole: [f64; 4]| {
         let part = |a: f64, b: f64, c: f64, d: f64| rectangle(low + a * across + c * up, (b - a) * across, (d - c) * up);
         let [a, b, c, d] = hole;
