@@ -143,7 +143,8 @@ impl Daylit {
     /// Altitude and azimuth of the middles of the columns, radians, and their solid angles, sr.
     fn columns<'py>(&self, py: Python<'py>) -> [Bound<'py, PyArray1<f64>>; 3] {
         let patches = self.found.division.patches();
-        let of = |own: fn(&halflight_daylight::SkyPatch) -> f64| PyArray1::from_vec(py, patches.iter().map(own).collect());
+        let of =
+            |own: fn(&halflight_daylight::SkyPatch) -> f64| PyArray1::from_vec(py, patches.iter().map(own).collect());
         [of(|patch| patch.altitude), of(|patch| patch.azimuth), of(|patch| patch.solid_angle)]
     }
 

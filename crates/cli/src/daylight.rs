@@ -23,7 +23,8 @@ pub struct DaylightArguments {
     /// A built-in scene (see `halflight scenes`), an .obj, .glb or .gltf file, or a .toml scene file; it need not emit
     #[arg(help_heading = None::<&str>)]
     pub scene: String,
-    /// Points of a table (x, y, z, nx, ny, nz and a name), or a grid over an object: grid:OBJECT@HEIGHT,SPACING
+    /// Points of a table (x, y, z, nx, ny, nz and a name), a grid over an object, grid:OBJECT@HEIGHT,SPACING, or the cells
+    /// of the scene's box, volume:XxYxZ
     #[arg(long, value_name = "FILE|GRID")]
     pub points: String,
     /// A weather file (.epw, .wea), a matrix of skies (.mtx), or overcast, uniform, clear:ALTITUDE,AZIMUTH (CIE);
@@ -152,7 +153,7 @@ pub fn run(own: &DaylightArguments, common: &Common, console: &Console) -> Resul
     let scene = own.completion.load(&own.scene, console)?;
     let Some(division) = Division::new(own.mf) else { unreachable!("the argument was checked") };
     let compass = own.compass(&scene)?;
-    let layout = layout_of(&scene, &own.points)?;
+    let layout = layout_of(&scene, &own.points, compass.up)?;
     let skies = own.skies(division)?;
     make_directory(&common.out)?;
     check_destination(common.out.join(format!("{}-daylight.mtx", scene.name)))?;

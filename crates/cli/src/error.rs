@@ -138,7 +138,12 @@ impl CliError {
             CliError::Image(ImageError::Read { .. } | ImageError::Decode { .. }) => 3,
             CliError::Image(_) | CliError::Write(_) | CliError::Chart(_) => 1,
             CliError::Kept(KeptError::Write(_) | KeptError::Occupied { .. }) => 1,
-            CliError::Kept(_) | CliError::Lamps(_) | CliError::Relight { .. } | CliError::Bake(_) | CliError::Daylight(_) | CliError::Exchange { .. } => 3,
+            CliError::Kept(_)
+            | CliError::Lamps(_)
+            | CliError::Relight { .. }
+            | CliError::Bake(_)
+            | CliError::Daylight(_)
+            | CliError::Exchange { .. } => 3,
             CliError::Scene(_) | CliError::Metric(_) | CliError::Sensor(_) => 3,
             CliError::Diverges(e) if e.verdict == Verdict::Undecided => 6,
             CliError::Diverges(_) | CliError::Overflow(_) => 4,

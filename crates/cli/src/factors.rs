@@ -20,7 +20,9 @@ use halflight::pictures::{Exposure, Table, make_directory};
 use halflight::render::{Discretization, Fineness, Solver, usable_memory};
 use halflight::scene::Scene;
 use halflight_export::{Array, Values, csr, write_npz};
-use halflight_study::{Exchange, FactorMatrix, FactorSettings, FactorTable, How, PatchFactors, emissivities, factors, patch_factors};
+use halflight_study::{
+    Exchange, FactorMatrix, FactorSettings, FactorTable, How, PatchFactors, emissivities, factors, patch_factors,
+};
 
 /// Factors shown in the table at most; the files hold all of them.
 const SHOWN: usize = 400;

@@ -102,9 +102,12 @@ impl Illuminance {
     /// Of coefficients under skies; where skies have suns, those of the coefficients are theirs, one after the other.
     pub fn new(found: &Coefficients, skies: &Skies) -> Illuminance {
         let (columns, count) = (found.columns(), skies.skies.len());
-        let spread: Vec<Vec<(usize, f64)>> = skies.skies.iter().map(|sky| few(sky.spread_sun(skies.division))).collect();
+        let spread: Vec<Vec<(usize, f64)>> =
+            skies.skies.iter().map(|sky| few(sky.spread_sun(skies.division))).collect();
         let sums = |x: usize| {
-            let own = |values: &dyn Fn(usize) -> [f64; 3]| -> Vec<f64> { (0..columns).map(|p| luminous(values(p))).collect() };
+            let own = |values: &dyn Fn(usize) -> [f64; 3]| -> Vec<f64> {
+                (0..columns).map(|p| luminous(values(p))).collect()
+            };
             let whole = own(&|p| found.of(x, p));
             let reflected = own(&|p| found.reflected[x * columns + p]);
             let errors = own(&|p| found.error_of(x, p));

@@ -24,8 +24,8 @@ use crate::sun::DIAMETER;
 
 /// Nodes of Kronrod's rule in 0..1, with its weights and Gauss's.
 const RULE: [(f64, f64, f64); 4] = [
-    (0.0, 0.450_916_538_658_474_14, 0.888_888_888_888_888_9),
-    (0.774_596_669_241_483_4, 0.268_488_089_868_333_44, 0.555_555_555_555_555_6),
+    (0.0, 0.450_916_538_658_474_14, 8.0 / 9.0),
+    (0.774_596_669_241_483_4, 0.268_488_089_868_333_44, 5.0 / 9.0),
     (0.434_243_749_346_802_55, 0.401_397_414_775_962_2, 0.0),
     (0.960_491_268_708_020_3, 0.104_656_226_026_467_27, 0.0),
 ];
@@ -121,9 +121,14 @@ impl Barriers {
         let ends = self.intervals(&around);
         let mut found = Exact::new(self.division.columns(), self.ends.len() - 1);
         for pair in ends.windows(2) {
-            found.interval((pair[0], pair[1]), HALVINGS, &mut |azimuth, scratch, out| {
-                self.meridian(&around, azimuth, (-FRAC_PI_2, FRAC_PI_2), scratch, out);
-            }, |azimuth, row| self.column(row, azimuth));
+            found.interval(
+                (pair[0], pair[1]),
+                HALVINGS,
+                &mut |azimuth, scratch, out| {
+                    self.meridian(&around, azimuth, (-FRAC_PI_2, FRAC_PI_2), scratch, out);
+                },
+                |azimuth, row| self.column(row, azimuth),
+            );
         }
         (found.sums, found.errors)
     }
@@ -156,34 +161,28 @@ impl Barriers {
             return (0.0, 0.0);
         }
         let at = self.compass.of(place.position);
-        let wide = radius.tan();
-        let before = |own: &&Barrier| {
-            let local = own.corners.map(|corner| frame.of(corner - at));
-            let beyond = |outside: fn(DVec3, f64) -> bool| local.iter().all(|corner| outside(*corner, wide));
-            !(beyond(|c, w| c.x > w * c.y.max(0.0)) && local.iter().all(|c| c.y >= 0.0)
-                || beyond(|c, w| c.x < -w * c.y.max(0.0)) && local.iter().all(|c| c.y >= 0.0)
-                || beyond(|c, w| c.z > w * c.y.max(0.0)) && local.iter().all(|c| c.y >= 0.0)
-                || beyond(|c, w| c.z < -w * c.y.max(0.0)) && local.iter().all(|c| c.y >= 0.0)
-                || beyond(|c, _| c.y < 0.0))
-        };
         let local = |own: &Barrier| Barrier { corners: own.corners.map(|corner| frame.of(corner - at)), ..*own };
-        let near = self.all.iter().filter(before).map(local).collect();
+        let near = self.all.iter().map(local).filter(|own| own.may_hide(radius.tan())).collect();
         let around = Around { normal, near, lists: None };
-        let mut found = Exact::new(1, 1);
+        let (mut found, disc) = (Exact::new(1, 1), TAU * (1.0 - radius.cos()));
         // The width of the disc at an azimuth ends like a root: azimuths are radius sin u.
         let mut ends = vec![-FRAC_PI_2, FRAC_PI_2];
         let corners = around.near.iter().flat_map(|own| own.corners).filter(|corner| corner.y > 0.0);
         ends.extend(corners.map(|corner| (corner.x.atan2(corner.y) / radius).clamp(-1.0, 1.0).asin()));
         ends.sort_by(f64::total_cmp);
         for pair in ends.windows(2).filter(|pair| pair[1] > pair[0]) {
-            found.interval((pair[0], pair[1]), HALVINGS, &mut |u, scratch, out| {
-                let azimuth = radius * u.sin();
-                let height = (radius.cos() / azimuth.cos()).min(1.0).acos();
-                out[0] = within(&around, azimuth, (-height, height), scratch) * radius * u.cos();
-            }, |_, _| 0);
+            found.interval(
+                (pair[0], pair[1]),
+                HALVINGS,
+                &mut |u, scratch, out| {
+                    let azimuth = radius * u.sin();
+                    let height = (radius.cos() / azimuth.cos()).min(1.0).acos();
+                    out[0] = within(&around, azimuth, (-height, height), scratch) * radius * u.cos() / disc;
+                },
+                |_, _| 0,
+            );
         }
-        let disc = TAU * (1.0 - radius.cos());
-        (found.sums[0] / disc, found.errors[0] / disc)
+        (found.sums[0], found.errors[0])
     }
 
     fn around(&self, place: &Place, compass: Compass) -> Around {
@@ -282,9 +281,11 @@ fn lists(near: &[Barrier]) -> Vec<Vec<u32>> {
     for (k, barrier) in near.iter().enumerate() {
         let [a, b, c] = barrier.corners.map(|corner| corner.x.atan2(corner.y));
         let turn = |to: f64| (to - a + PI).rem_euclid(TAU) - PI;
-        let (low, high) = ([0.0, turn(b), turn(c)].into_iter()).fold((0.0, 0.0), |(low, high): (f64, f64), d| (low.min(d), high.max(d)));
+        let (low, high) = ([0.0, turn(b), turn(c)].into_iter())
+            .fold((0.0, 0.0), |(low, high): (f64, f64), d| (low.min(d), high.max(d)));
         // One that has the zenith or the nadir in it may be met at any azimuth.
-        let range = if high - low >= PI - 1e-6 { 0..=LISTS as i64 - 1 } else { list(a + low - 1e-9)..=list(a + high + 1e-9) };
+        let range =
+            if high - low >= PI - 1e-6 { 0..=LISTS as i64 - 1 } else { list(a + low - 1e-9)..=list(a + high + 1e-9) };
         range.for_each(|list| lists[list.rem_euclid(LISTS as i64) as usize].push(k as u32));
     }
     lists
@@ -312,6 +313,16 @@ impl Around {
 }
 
 impl Barrier {
+    /// Whether it may reach into a cone around y of a half width at unit distance.
+    fn may_hide(&self, wide: f64) -> bool {
+        let corners = &self.corners;
+        if corners.iter().any(|c| c.y < 0.0) {
+            return corners.iter().any(|c| c.y > 0.0);
+        }
+        let all = |beyond: fn(&DVec3, f64) -> bool| corners.iter().all(|c| beyond(c, wide * c.y));
+        !(all(|c, w| c.x > w) || all(|c, w| c.x < -w) || all(|c, w| c.z > w) || all(|c, w| c.z < -w))
+    }
+
     /// The altitudes that it hides along a meridian, the sine and cosine of whose azimuth these are.
     #[inline]
     fn altitudes(&self, (sin, cos): (f64, f64)) -> Option<(f64, f64)> {

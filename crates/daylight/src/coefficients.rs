@@ -337,9 +337,8 @@ impl Reflections<'_> {
         let is_grey = is_grey(self.sight.scene(), k);
         let reflecting = Reflecting { k, is_grey };
         let columns = self.sight.division.columns();
-        let adjoint = replica > 0
-            && adjoint_is_cheaper(self.points.len(), columns, is_grey)
-            && reflecting.converges(&sky);
+        let adjoint =
+            replica > 0 && adjoint_is_cheaper(self.points.len(), columns, is_grey) && reflecting.converges(&sky);
         let bounces = self.goal.bounces;
         let fewer = bounces.map(|count| count - 1);
         let mut reflected: Vec<Vec<[f32; 3]>> = gathered.iter().map(|own| own.fresh.clone()).collect();
@@ -453,7 +452,8 @@ impl Sums {
         let relative = |of: &dyn Fn(usize, usize) -> f64| {
             let a_point = |x: usize| {
                 let all = || (0..columns).map(move |column| x * columns + column);
-                let total: f64 = all().flat_map(|k| [0, 1, 2].map(|c| (found.direct[k] + found.reflected[k][c]).powi(2))).sum();
+                let total: f64 =
+                    all().flat_map(|k| [0, 1, 2].map(|c| (found.direct[k] + found.reflected[k][c]).powi(2))).sum();
                 let wrong: f64 = all().flat_map(|k| [0, 1, 2].map(|c| of(k, c).powi(2))).sum();
                 if total > 0.0 { wrong / total } else { 0.0 }
             };
@@ -464,4 +464,3 @@ impl Sums {
         (found.error, found.patch_error) = (error, patch_error);
     }
 }
-

@@ -39,7 +39,9 @@ pub enum DaylightError {
     #[error("{file}: {message}")]
     #[diagnostic(
         code(halflight::daylight::matrix),
-        help("a matrix of a sky has Radiance's header, a row each for the ground and every patch, and a column a time: what gendaymtx writes")
+        help(
+            "a matrix of a sky has Radiance's header, a row each for the ground and every patch, and a column a time: what gendaymtx writes"
+        )
     )]
     Matrix {
         /// The file.

@@ -178,7 +178,8 @@ fn write_npy(path: &Path, array: &Array) -> Result<(), DaylightError> {
 
 fn arrays<'a>(found: &'a Coefficients, coefficients: Array<'a>) -> Vec<(&'static str, Array<'a>)> {
     let patches = found.division.patches();
-    let table = |values: &'a [f64]| Array { shape: vec![found.points, found.columns()], values: Values::F64(values.into()) };
+    let table =
+        |values: &'a [f64]| Array { shape: vec![found.points, found.columns()], values: Values::F64(values.into()) };
     let of = |own: fn(&crate::division::SkyPatch) -> f64| {
         Array::vector(Values::F64(patches.iter().map(own).collect::<Vec<_>>().into()))
     };
@@ -209,7 +210,8 @@ fn hours(layout: &SensorLayout, skies: &Skies, light: &Illuminance) -> Table {
         let known = sky.time.map(|time| (time.month, time.day, time.hour));
         let cell = |of: fn((usize, usize, f64)) -> String| known.map(of).unwrap_or_default();
         let time = [cell(|t| t.0.to_string()), cell(|t| t.1.to_string()), cell(|t| t.2.to_string())];
-        let values: Vec<String> = light.all.iter().skip(k).step_by(light.skies).map(|lux| format!("{lux:.2}")).collect();
+        let values: Vec<String> =
+            light.all.iter().skip(k).step_by(light.skies).map(|lux| format!("{lux:.2}")).collect();
         let cells: Vec<&dyn Display> = time.iter().chain(&values).map(|own| own as &dyn Display).collect();
         table.row(&cells);
     }
@@ -265,9 +267,15 @@ fn plans(own: &DaylightFiles, light: &Illuminance, stem: &str) -> Vec<(&'static 
             plans.push((kind, metrics.points.iter().map(|own| Some(of(own))).collect(), words(what, caption, unit)));
         };
         let hours = digits(metrics.hours);
-        let sda = format!("Share of {hours} occupied hours with at least 300 lx. sDA 300/50 %: {:.1} % of points.", 100.0 * metrics.sda);
+        let sda = format!(
+            "Share of {hours} occupied hours with at least 300 lx. sDA 300/50 %: {:.1} % of points.",
+            100.0 * metrics.sda
+        );
         add("autonomy", "daylight autonomy", sda, "%", |own| 100.0 * own.autonomy);
-        let ase = format!("Of {hours} occupied hours those with at least 1000 lx of direct sunlight. ASE 1000/250: {:.1} % of points.", 100.0 * metrics.ase);
+        let ase = format!(
+            "Of {hours} occupied hours those with at least 1000 lx of direct sunlight. ASE 1000/250: {:.1} % of points.",
+            100.0 * metrics.ase
+        );
         add("sunlit", "sunlit hours", ase, "h", |own| own.sunlit);
         let udi = format!("Share of {hours} occupied hours with 300 to 3000 lx.");
         add("udi", "useful daylight illuminance", udi, "%", |own| 100.0 * own.useful[2]);

@@ -69,8 +69,8 @@ fn parse(bytes: &[u8]) -> Result<Matrix, String> {
     let end = bytes.windows(2).position(|pair| pair == b"\n\n").ok_or("has a header without an end")?;
     let head = String::from_utf8_lossy(&bytes[..end]).into_owned();
     let value = |key: &str| {
-        let own = head.lines().filter_map(|line| line.split_once('=')).filter(|(name, _)| name.trim() == key);
-        own.last().map(|(_, value)| value.trim().to_owned())
+        let mut own = head.lines().filter_map(|line| line.split_once('=')).filter(|(name, _)| name.trim() == key);
+        own.next_back().map(|(_, value)| value.trim().to_owned())
     };
     let number = |key: &str| {
         let text = value(key).ok_or_else(|| format!("has no {key} in its header"))?;
@@ -84,7 +84,12 @@ fn parse(bytes: &[u8]) -> Result<Matrix, String> {
     let format = value("FORMAT").unwrap_or_else(|| "ascii".into());
     let body = &bytes[end + 2..];
     let numbers: Vec<f32> = match format.as_str() {
-        "float" => body.as_chunks::<4>().0.iter().map(|b| if is_big { f32::from_be_bytes(*b) } else { f32::from_le_bytes(*b) }).collect(),
+        "float" => body
+            .as_chunks::<4>()
+            .0
+            .iter()
+            .map(|b| if is_big { f32::from_be_bytes(*b) } else { f32::from_le_bytes(*b) })
+            .collect(),
         "double" => {
             let of = |b: &[u8; 8]| if is_big { f64::from_be_bytes(*b) } else { f64::from_le_bytes(*b) };
             body.as_chunks::<8>().0.iter().map(|b| of(b) as f32).collect()

@@ -151,11 +151,15 @@ struct Condition {
 
 impl Condition {
     fn new((direct, diffuse): (f64, f64), sun: SunPlace, day: usize, brightest: f64) -> Condition {
-        let lowest = if sun.altitude >= 87.0_f64.to_radians() { 3.0_f64.to_radians() } else { FRAC_PI_2 - sun.altitude };
+        let lowest =
+            if sun.altitude >= 87.0_f64.to_radians() { 3.0_f64.to_radians() } else { FRAC_PI_2 - sun.altitude };
         let zenith = if sun.altitude <= 0.0 { FRAC_PI_2 } else { lowest };
         let mass = 1.0 / (zenith.cos() + 0.15 * (93.885 - zenith.to_degrees()).powf(-1.253));
         let day = 2.0 * PI / 365.0 * (day as f64 - 1.0);
-        let orbit = 1.00011 + 0.034221 * day.cos() + 0.00128 * day.sin() + 0.000719 * (2.0 * day).cos()
+        let orbit = 1.00011
+            + 0.034221 * day.cos()
+            + 0.00128 * day.sin()
+            + 0.000719 * (2.0 * day).cos()
             + 0.000077 * (2.0 * day).sin();
         let cubed = 1.041 * zenith.powi(3);
         let clearness = ((diffuse + direct) / diffuse + cubed) / (1.0 + cubed);
@@ -202,7 +206,9 @@ pub fn perez(division: Division, sun: SunPlace, day: usize, measured: Measured, 
             let [of_diffuse, of_direct] = condition.efficacy(water);
             (condition, [diffuse * of_diffuse, direct * of_direct])
         }
-        Measured::Illuminance { direct, diffuse } => (of_illuminance([direct, diffuse], sun, day, water), [diffuse, direct]),
+        Measured::Illuminance { direct, diffuse } => {
+            (of_illuminance([direct, diffuse], sun, day, water), [diffuse, direct])
+        }
     };
     let patches = division.patches();
     let mut luminance = relative(&patches, &condition, sun);
@@ -263,7 +269,8 @@ mod tests {
             ] {
                 let sky = perez(division, sun, 172, measured, 11.0);
                 let patches = division.patches();
-                let all: f64 = sky.luminance.iter().zip(&patches).skip(1).map(|(l, p)| l * p.altitude.sin() * p.solid_angle).sum();
+                let all: f64 =
+                    sky.luminance.iter().zip(&patches).skip(1).map(|(l, p)| l * p.altitude.sin() * p.solid_angle).sum();
                 assert!((all - sky.diffuse).abs() <= 1e-9 * sky.diffuse, "{all} {}", sky.diffuse);
                 assert!(sky.luminance.iter().all(|l| *l >= 0.0) && sky.luminance[0] == 0.0);
             }
@@ -283,7 +290,9 @@ mod tests {
         assert!(brightest(850.0, 80.0).dot(sun.direction()) > 0.98);
         // Under an overcast one the side of the sun is hardly brighter than the other, and the zenith than the horizon.
         let overcast = perez(division, sun, 100, Measured::Irradiance { direct: 0.0, diffuse: 120.0 }, 11.0).luminance;
-        let contrast = |sky: &[f64]| sky[1..].iter().copied().fold(0.0, f64::max) / sky[1..].iter().copied().fold(f64::INFINITY, f64::min);
+        let contrast = |sky: &[f64]| {
+            sky[1..].iter().copied().fold(0.0, f64::max) / sky[1..].iter().copied().fold(f64::INFINITY, f64::min)
+        };
         let clear = perez(division, sun, 100, Measured::Irradiance { direct: 850.0, diffuse: 80.0 }, 11.0).luminance;
         assert!(overcast[patches.len() - 1] > overcast[1] && contrast(&overcast) < 2.0 && contrast(&clear) > 8.0);
     }

@@ -64,7 +64,8 @@ pub(crate) struct Solved {
 impl Solved {
     /// The sum of both.
     pub fn plus(mut self, other: Solved) -> Solved {
-        let add = |sum: &mut OnPatches, own: &OnPatches| sum.values.iter_mut().zip(&own.values).for_each(|(a, b)| *a += b);
+        let add =
+            |sum: &mut OnPatches, own: &OnPatches| sum.values.iter_mut().zip(&own.values).for_each(|(a, b)| *a += b);
         add(&mut self.first, &other.first);
         if let (Some(sum), Some(own)) = (&mut self.second, &other.second) {
             add(sum, own);
@@ -89,12 +90,7 @@ pub(crate) struct Residual {
 }
 
 impl Residual {
-    pub fn measure(
-        around: &Surroundings,
-        solved: &Solved,
-        points: &[SurfacePoint],
-        measure: Measure,
-    ) -> Residual {
+    pub fn measure(around: &Surroundings, solved: &Solved, points: &[SurfacePoint], measure: Measure) -> Residual {
         let step = points.len().div_ceil(POINTS).max(1);
         let times = FEWEST.div_ceil(points.len());
         let chosen: Vec<usize> = (0..times * points.len()).step_by(step).collect();

@@ -141,7 +141,8 @@ impl Sight {
             let sine = (1.0 - cosine * cosine).sqrt();
             let direction = cosine * middle + sine * ((TAU * v).cos() * x + (TAU * v).sin() * y);
             let facing = direction.dot(point.normal.as_dvec3()).max(0.0);
-            let through = if facing > 0.0 { self.out_through(&self.ray(point, direction.as_vec3()), &mut hits) } else { 0.0 };
+            let through =
+                if facing > 0.0 { self.out_through(&self.ray(point, direction.as_vec3()), &mut hits) } else { 0.0 };
             let own = facing * f64::from(through);
             (sum, squares) = (sum + own, squares + own * own);
         }

@@ -127,8 +127,7 @@ impl Skies {
     pub fn read_matrix(path: &Path, division: Division) -> Result<Skies, DaylightError> {
         let Matrix { rows, columns, values } = Matrix::read(path)?;
         if rows != division.columns() {
-            let message =
-                format!("has {rows} rows; MF:{} has {} columns", division.fineness(), division.columns());
+            let message = format!("has {rows} rows; MF:{} has {} columns", division.fineness(), division.columns());
             return Err(DaylightError::Matrix { file: path.display().to_string(), message });
         }
         let luminance = |k: usize| values.iter().skip(k).step_by(columns).map(|own| radiance_luminance(*own)).collect();

@@ -119,8 +119,8 @@ impl Text<'_> {
         let fields: Vec<&str> = self.lines[0].split(',').collect();
         let [latitude, longitude, zone] = [6, 7, 8].map(|k| (fields.get(k).copied().unwrap_or_default(), 1.0));
         let location = self.location([1; 3], [latitude, longitude, zone])?;
-        let is_periods = |line: &&str| line.to_ascii_uppercase().starts_with("DATA PERIODS");
-        let Some(head) = self.lines.iter().position(|line| is_periods(&line)) else {
+        let is_periods = |line: &str| line.to_ascii_uppercase().starts_with("DATA PERIODS");
+        let Some(head) = self.lines.iter().position(|line| is_periods(line)) else {
             return Err(self.wrong(self.lines.len(), "ends without a line DATA PERIODS"));
         };
         let an_hour = self.lines[head].split(',').nth(2).unwrap_or_default();
@@ -129,7 +129,9 @@ impl Text<'_> {
         for (k, line) in self.lines.iter().enumerate().skip(head + 1).filter(|(_, line)| !line.trim().is_empty()) {
             let fields: Vec<&str> = line.split(',').collect();
             if fields.len() < 16 {
-                return Err(self.wrong(k + 1, format!("has {} fields; irradiances are the 15th and 16th", fields.len())));
+                return Err(
+                    self.wrong(k + 1, format!("has {} fields; irradiances are the 15th and 16th", fields.len()))
+                );
             }
             let hour = self.within(k + 1, "the hour", fields[3], (1.0, 24.0))? - 1.0;
             let minute = self.within(k + 1, "the minute", fields[4], (0.0, 60.0))?;
@@ -159,7 +161,9 @@ impl Text<'_> {
         for (k, line) in self.lines.iter().enumerate().skip(6).filter(|(_, line)| !line.trim().is_empty()) {
             let fields: Vec<&str> = line.split_whitespace().collect();
             let &[month, day, hour, direct, diffuse, ..] = &fields[..] else {
-                return Err(self.wrong(k + 1, format!("has {} fields, not month, day, hour and two values", fields.len())));
+                return Err(
+                    self.wrong(k + 1, format!("has {} fields, not month, day, hour and two values", fields.len()))
+                );
             };
             let date = self.date(k + 1, month, day)?;
             let hour = self.within(k + 1, "the hour", hour, (0.0, 24.0))?;
@@ -192,7 +196,9 @@ impl Text<'_> {
 
 /// Hours between most times that follow one another; 1 of a single one.
 fn spacing(times: &[WeatherTime]) -> f64 {
-    let apart = |pair: &[WeatherTime]| 24.0 * (pair[1].day_of_year as f64 - pair[0].day_of_year as f64) + pair[1].hour - pair[0].hour;
+    let apart = |pair: &[WeatherTime]| {
+        24.0 * (pair[1].day_of_year as f64 - pair[0].day_of_year as f64) + pair[1].hour - pair[0].hour
+    };
     let mut all: Vec<f64> = times.windows(2).map(apart).filter(|hours| *hours > 0.0).collect();
     all.sort_by(f64::total_cmp);
     all.get(all.len() / 2).map_or(1.0, |hours| hours.min(1.0))

@@ -49,7 +49,8 @@ pub fn room(rho: f64, in_roof: bool, turn: DQuat) -> Scene {
         rectangle(y, x, z),
     ];
     let around = |low: DVec3, across: DVec3, up: DVec3, hole: [f64; 4]| {
-        let part = |a: f64, b: f64, c: f64, d: f64| rectangle(low + a * across + c * up, (b - a) * across, (d - c) * up);
+        let part =
+            |a: f64, b: f64, c: f64, d: f64| rectangle(low + a * across + c * up, (b - a) * across, (d - c) * up);
         let [a, b, c, d] = hole;
         [part(0.0, 1.0, 0.0, c), part(0.0, 1.0, d, 1.0), part(0.0, a, c, d), part(b, 1.0, c, d)]
     };
@@ -69,7 +70,12 @@ pub fn sensor(position: DVec3, normal: DVec3) -> Sensor {
 }
 
 /// D with z up and north along y.
-pub fn daylight(scene: &Scene, sensors: &[Sensor], mf: usize, (bounces, tolerance, seed): (Option<usize>, f64, u32)) -> Coefficients {
+pub fn daylight(
+    scene: &Scene,
+    sensors: &[Sensor],
+    mf: usize,
+    (bounces, tolerance, seed): (Option<usize>, f64, u32),
+) -> Coefficients {
     let compass = Compass::new(DVec3::Z, DVec3::Y).expect("a compass");
     seen_by(scene, sensors, &[], mf, (bounces, tolerance, seed), compass)
 }

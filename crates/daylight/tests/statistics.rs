@@ -111,5 +111,8 @@ fn the_same_seed_gives_the_same_bits_on_any_number_of_threads() {
         pool.install(|| daylight(&own, &sensors, 1, (None, 0.2, 5)))
     };
     let (one, three) = (all(1), all(3));
-    assert_eq!((one.reflected, one.reflected_error, one.direct), (three.reflected, three.reflected_error, three.direct));
+    assert_eq!(
+        (one.reflected, one.reflected_error, one.direct),
+        (three.reflected, three.reflected_error, three.direct)
+    );
 }

@@ -64,11 +64,13 @@ pub enum ExchangeError {
 /// [`ExchangeError`] with the line, or the object that has none.
 pub fn emissivities(table: &[u8], names: &[String]) -> Result<Vec<f64>, ExchangeError> {
     let mut reader = csv::ReaderBuilder::new();
-    let mut reader = reader.has_headers(false).flexible(true).comment(Some(b'#')).trim(csv::Trim::All).from_reader(table);
+    let mut reader =
+        reader.has_headers(false).flexible(true).comment(Some(b'#')).trim(csv::Trim::All).from_reader(table);
     let mut found = vec![None; names.len()];
     for (row, record) in reader.records().enumerate() {
         let wrong = |line: u64, what: String| ExchangeError::Line { line, what };
-        let record = record.map_err(|error| wrong(error.position().map_or(1, csv::Position::line), "is no row of text".into()))?;
+        let record = record
+            .map_err(|error| wrong(error.position().map_or(1, csv::Position::line), "is no row of text".into()))?;
         let line = record.position().map_or(1, csv::Position::line);
         let (name, text) = (record.get(0).unwrap_or_default(), record.get(1).unwrap_or_default());
         let Ok(value) = text.parse::<f64>() else {
@@ -106,7 +108,8 @@ impl Exchange {
         let absorbed = |j: usize| emissivities.get(j).copied().unwrap_or(1.0);
         let system = DMatrix::from_fn(n, n, |i, k| f64::from(u8::from(i == k)) - f[(i, k)] * (1.0 - emissivities[k]));
         let right = DMatrix::from_fn(n, m, |i, j| f[(i, j)] * absorbed(j));
-        let b = system.lu().solve(&right).filter(|b| b.iter().all(|own| own.is_finite())).ok_or(ExchangeError::Singular)?;
+        let b =
+            system.lu().solve(&right).filter(|b| b.iter().all(|own| own.is_finite())).ok_or(ExchangeError::Singular)?;
         let sent = |i: usize| matrix.areas[i] * emissivities[i];
         let all = || (0..n).flat_map(|i| (0..m).map(move |j| (i, j)));
         let g = |i: usize, j: usize| sent(i) * b[(i, j)];
