@@ -162,8 +162,11 @@ impl Barriers {
         }
         let at = self.compass.of(place.position);
         let local = |own: &Barrier| Barrier { corners: own.corners.map(|corner| frame.of(corner - at)), ..*own };
-        let near = self.all.iter().map(local).filter(|own| own.may_hide(radius.tan())).collect();
+        let near: Vec<Barrier> = self.all.iter().map(local).filter(|own| own.may_hide(radius.tan())).collect();
         let around = Around { normal, near, lists: None };
+        if around.near.iter().any(|own| own.through == 0.0 && own.covers(radius)) {
+            return (0.0, 0.0);
+        }
         let (mut found, disc) = (Exact::new(1, 1), TAU * (1.0 - radius.cos()));
         // The width of the disc at an azimuth ends like a root: azimuths are radius sin u.
         let mut ends = vec![-FRAC_PI_2, FRAC_PI_2];
@@ -321,6 +324,13 @@ impl Barrier {
         }
         let all = |beyond: fn(&DVec3, f64) -> bool| corners.iter().all(|c| beyond(c, wide * c.y));
         !(all(|c, w| c.x > w) || all(|c, w| c.x < -w) || all(|c, w| c.z > w) || all(|c, w| c.z < -w))
+    }
+
+    /// Whether it covers all of a cone around y of a half angle: that lies within the planes through its edges.
+    fn covers(&self, radius: f64) -> bool {
+        let [a, b, c] = self.corners;
+        let sides = [a.cross(b), b.cross(c), c.cross(a)].map(|m| m.y / m.length());
+        a.dot(b.cross(c)) * sides[0] > 0.0 && sides.iter().all(|own| own.abs() > radius.sin() && own * sides[0] > 0.0)
     }
 
     /// The altitudes that it hides along a meridian, the sine and cosine of whose azimuth these are.

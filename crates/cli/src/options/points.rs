@@ -11,7 +11,7 @@ use crate::console::Console;
 use crate::error::CliError;
 use halflight::light::Transport;
 use halflight::pictures::check_destination;
-use halflight::render::{RenderError, Sensor, SensorLights, Solver};
+use halflight::render::{RenderError, Sensor, SensorLight, SensorLights, Solver};
 use halflight::scene::Scene;
 use halflight_lighting::{
     Columns, Fluence, Measured, Quantity, SensorLayout, all_around, digits, of_point, plan, table,
@@ -84,12 +84,22 @@ pub fn layout_of(scene: &Scene, given: &str, up: DVec3) -> Result<SensorLayout, 
     Ok(SensorLayout::over(scene, object, height, spacing)?)
 }
 
-/// The light at points, and from all around each, of the sensors of both.
-fn taken_together(points: &[Sensor], up: DVec3, found: SensorLights) -> (SensorLights, Vec<Fluence>) {
+/// The light at points, and from all around each, of the sensors of both; points are within the tolerance by their
+/// scalar irradiance.
+fn taken_together(
+    (points, up): (&[Sensor], DVec3),
+    found: SensorLights,
+    tolerance: f64,
+) -> (SensorLights, Vec<Fluence>) {
     let each = found.points.len() / points.len().max(1);
     let all = points.iter().zip(found.points.chunks_exact(each.max(1)));
-    let (points, fluence) = all.map(|(point, own)| of_point(point, up, own)).unzip();
-    (SensorLights { points, ..found }, fluence)
+    let (points, fluence): (Vec<_>, Vec<Fluence>) = all.map(|(point, own)| of_point(point, up, own)).unzip();
+    let sum = |channels: [f64; 3]| channels.iter().sum::<f64>();
+    let is_met = |(point, own): (&SensorLight, &Fluence)| {
+        point.is_inside || sum(own.scalar_error) <= tolerance * sum(own.scalar)
+    };
+    let met = points.iter().zip(&fluence).filter(|pair| is_met(*pair)).count() as f64 / points.len().max(1) as f64;
+    (SensorLights { points, met, ..found }, fluence)
 }
 
 /// Object, height and spacing of `OBJECT@HEIGHT,SPACING`.
@@ -144,7 +154,7 @@ impl Sensors {
         };
         let Sensors { layout, columns, around } = self;
         let (found, fluence) = match around {
-            Some(up) => taken_together(&layout.sensors, *up, found),
+            Some(up) => taken_together((&layout.sensors, *up), found, tolerance),
             None => (found, Vec::new()),
         };
         let place = |end: &str| Sensors::place(directory, stem, transport, end);
