@@ -187,7 +187,9 @@ def _sky(sky: Any) -> tuple[str | None, tuple[float, float] | None]:
         return "clear", (altitude, arguments.real("the sun's azimuth", sky[2], -360.0, 360.0))
     place = arguments.path("sky", sky)
     if place not in ("overcast", "uniform") and not place.lower().endswith((".epw", ".wea", ".mtx")):
-        raise ValueError(f'sky must be an .epw, .wea or .mtx file, "overcast", "uniform" or ("clear", ...), not {place!r}')
+        raise ValueError(
+            f'sky must be an .epw, .wea or .mtx file, "overcast", "uniform" or ("clear", ...), not {place!r}'
+        )
     return place, None
 
 

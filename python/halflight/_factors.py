@@ -101,9 +101,7 @@ class Factors:
             np.ascontiguousarray(matrix, np.float64), list(self.areas), list(given)
         )
         columns = [*self.names, _unlike("sky", self.names)] if has_sky else list(self.names)
-        return Exchange(
-            self.names, columns, given, gebhart, conductances, net, np.array(sums), np.array(reciprocity)
-        )
+        return Exchange(self.names, columns, given, gebhart, conductances, net, np.array(sums), np.array(reciprocity))
 
     def to_pandas(self) -> pandas.DataFrame:
         """The matrix as a table; needs pandas.

@@ -23,8 +23,8 @@ pub struct DaylightArguments {
     /// A built-in scene (see `halflight scenes`), an .obj, .glb or .gltf file, or a .toml scene file; it need not emit
     #[arg(help_heading = None::<&str>)]
     pub scene: String,
-    /// Points of a table (x, y, z, nx, ny, nz and a name), a grid over an object, grid:OBJECT@HEIGHT,SPACING, or the cells
-    /// of the scene's box, volume:XxYxZ
+    /// Points of a table (x, y, z, nx, ny, nz and a name), a grid over an object, grid:OBJECT@HEIGHT,SPACING, or the
+    /// cells of the scene's box, volume:XxYxZ
     #[arg(long, value_name = "FILE|GRID")]
     pub points: String,
     /// A weather file (.epw, .wea), a matrix of skies (.mtx), or overcast, uniform, clear:ALTITUDE,AZIMUTH (CIE);

@@ -62,8 +62,8 @@ fn the_daylight_factor_of_an_open_floor_is_one() {
     for sky in ["overcast", "uniform", "clear:40,180"] {
         let found = report(&place, &format!("daylight floor.obj --points grid:floor@1,1 --sky {sky} --mf 2"));
         for factor in found["daylight_factors"].as_array().unwrap() {
-            // Luminance counts as that of a patch's middle, and the illuminance is scaled by the same rule but for cosines
-            // of middles in place of their means: 2e-3 at MF:2.
+            // Luminance counts as that of a patch's middle, and the illuminance is scaled by the same rule but for
+            // cosines of middles in place of their means: 2e-3 at MF:2.
             assert!((factor[0].as_f64().unwrap() - 1.0).abs() < 3e-3, "{sky}: {factor}");
         }
     }

@@ -13,9 +13,9 @@
 //! | sunlit hours | occupied hours with at least 1000 lx of direct sunlight |
 //! | UDI | share of occupied hours below 100 lx, from 100 to 300, from 300 to 3000, and above |
 //!
-//! Of all points: sDA 300/50 %, the share of points with an autonomy of at least half; ASE 1000/250, that of points with
-//! more than 250 sunlit hours. The error of a mean illuminance adds up those of all coefficients, as if they all went
-//! the same way, and is no smaller than the true one is likely to be.
+//! Of all points: sDA 300/50 %, the share of points with an autonomy of at least half; ASE 1000/250, that of points
+//! with more than 250 sunlit hours. The error of a mean illuminance adds up those of all coefficients, as if they all
+//! went the same way, and is no smaller than the true one is likely to be.
 //!
 //! Sources: IES LM-83-12; J. Mardaljevic, L. Heschong, E. Lee, *Daylight metrics and energy savings*, Lighting Res.
 //! Technol. 41(3), 2009. Not handled: blinds that LM-83 closes where the sun comes in.

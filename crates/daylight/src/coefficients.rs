@@ -179,7 +179,6 @@ pub(crate) fn unlit(scene: &Scene) -> Scene {
 
 /// D of points.
 ///
-/// # Errors
 /// [`DaylightError`] where there are no points, the series is not proved to converge, or F does not fit in memory.
 pub fn coefficients(scene: &Scene, sensors: &[Sensor], goal: &DaylightGoal) -> Result<Coefficients, DaylightError> {
     if sensors.is_empty() {

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `STEM-daylight.mtx` | D as Radiance's `dctimestep` reads it |
 //! | `STEM-daylight.npy` | D, points × columns × channels, float64, sr |
-//! | `STEM-daylight.npz` | D with `error`, `direct`, `direct_error`; `altitude`, `azimuth` and `solid_angle` of columns; `suns` |
+//! | `STEM-daylight.npz` | D, `error`, `direct`, `direct_error`, `suns`; where columns lie |
 //! | `STEM-daylight-sky.mtx` | the skies, a column a time, as `gendaymtx` writes them, without a colour |
 //! | `STEM-daylight-hours.csv`, `.npy` | illuminance, lx: a row a time and a column a point; points × times |
 //! | `STEM-daylight-points.csv` | each point with its mean illuminance, and what a year is worth there |
@@ -119,7 +119,6 @@ impl DaylightFiles<'_> {
 
 /// Writes all of it into a folder; returns what is told of it.
 ///
-/// # Errors
 /// A destination that cannot be written.
 pub fn write_daylight((folder, stem): (&Path, &str), own: &DaylightFiles) -> Result<DaylightReport, DaylightError> {
     make_directory(folder)?;

@@ -6,7 +6,7 @@
 //! | module | has |
 //! |---|---|
 //! | `division` | the patches of Tregenza and Reinhart, in Radiance's order |
-//! | `sun`, `weather`, `perez`, `sky` | where the sun is; EPW and `.wea` files; luminance of the sky by weather, by CIE |
+//! | `sun`, `weather`, `perez`, `sky` | the place of the sun; EPW and `.wea` files; luminance of the sky |
 //! | `barriers`, `sight` | what is seen of the sky between things, by closed form or by rays |
 //! | `annual` | illuminance under skies, autonomy, sunlit hours, UDI |
 //! | `matrix_file`, `files` | Radiance's matrices; all that is written |

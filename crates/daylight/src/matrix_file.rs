@@ -38,7 +38,6 @@ pub struct Matrix {
 impl Matrix {
     /// Writes it as `float`, whole or not at all.
     ///
-    /// # Errors
     /// A destination that cannot be written.
     pub fn write(&self, path: &Path) -> Result<(), WriteError> {
         write_whole_by(path, |file| {
@@ -53,7 +52,6 @@ impl Matrix {
 
     /// Reads one.
     ///
-    /// # Errors
     /// A file that cannot be read, or is no such matrix.
     pub fn read(path: &Path) -> Result<Matrix, DaylightError> {
         let file = path.display().to_string();

@@ -122,7 +122,6 @@ impl Skies {
     /// The skies of a matrix of Radiance's, a row a column of the division and a column a time: luminance is 179 lm/W
     /// times 0.265 R + 0.670 G + 0.065 B, suns are a part of them, and they have no times.
     ///
-    /// # Errors
     /// A file that cannot be read, or has other rows.
     pub fn read_matrix(path: &Path, division: Division) -> Result<Skies, DaylightError> {
         let Matrix { rows, columns, values } = Matrix::read(path)?;

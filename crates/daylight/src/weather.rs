@@ -2,11 +2,13 @@
 //!
 //! | file | time of a row | what counts |
 //! |---|---|---|
-//! | EPW | the middle of its hour; its minute where there are several rows an hour | direct normal and diffuse horizontal irradiance, dew point |
-//! | `.wea` | as written | by `weather_data_file_units`: 1 direct normal and diffuse irradiance, 2 the same with direct on the horizontal, 3 illuminances |
+//! | EPW | the middle of its hour, or its minute | direct normal and diffuse horizontal irradiance, dew point |
+//! | `.wea`, units 1 | as written | the same irradiances |
+//! | `.wea`, units 2 | as written | the same, direct on the horizontal |
+//! | `.wea`, units 3 | as written | direct normal and diffuse horizontal illuminance |
 //!
-//! Times are standard time. The dew point of a time is the mean of its own and the two before, as in `gendaymtx`; 11 °C
-//! where there is none.
+//! Times are standard time; where an EPW file has several rows an hour its minutes count. The dew point of a time is
+//! the mean of its own and the two before, as in `gendaymtx`; 11 °C where there is none.
 //!
 //! Source: *Auxiliary EnergyPlus Programs*, EPW CSV format; the manual page of `gendaymtx`. Not handled: measured
 //! illuminances of EPW files, which many files leave 0; data periods after the first.
@@ -62,7 +64,6 @@ struct Text<'a> {
 impl Weather {
     /// Reads an EPW or `.wea` file, whichever it is by its first line.
     ///
-    /// # Errors
     /// A file that cannot be read, or a line that is wrong.
     pub fn read(path: &Path) -> Result<Weather, DaylightError> {
         let file = path.display().to_string();

@@ -1,7 +1,7 @@
 //! Direct parts through openings against closed forms: those of CIE 171:2006, 5.9 to 5.12, for openings without glass.
 //!
-//! Under a uniform sky the sky component is the form factor of the opening, in closed form; under the overcast sky it is
-//! an integral over the opening that is done here by another way, over areas instead of directions.
+//! Under a uniform sky the sky component is the form factor of the opening, in closed form; under the overcast sky it
+//! is an integral over the opening that is done here by another way, over areas instead of directions.
 
 use std::f64::consts::PI;
 

@@ -2,15 +2,15 @@
 //!
 //! ```text
 //! scalar          E_0  = integral over the sphere of L dw = 4 mean over directions n of E(n)        4 pi times mean L
-//! cylindrical     E_z  = 1/pi integral of L sin t dw      = mean over level directions n of E(n)    t from the vertical
+//! cylindrical     E_z  = 1/pi integral of L sin t dw      = mean over level directions n of E(n)    t from up
 //! semicylindrical E_sc = 1/pi integral of L sin t (1 + cos a) dw = E_z + (E(f) - E(-f)) / pi        a from f, level
 //! ```
 //!
 //! with E(n) the irradiance of a plane that faces n, which sensors measure. Means over directions are those of
-//! [`TURNS`] sets, each turned at random by itself, so that their mean has no bias: the corners of an icosahedron and of
-//! a dodecahedron, exact up to spherical harmonics of degree 9, and [`AROUND`] level directions, an odd number, which is
-//! as good as twice as many. What one sensor's plane cuts a small lamp off by is the largest error: the difference
-//! between the sets is stated for it, with the sensors' own errors.
+//! [`TURNS`] sets, each turned at random by itself, so that their mean has no bias: the corners of an icosahedron and
+//! of a dodecahedron, exact up to spherical harmonics of degree 9, and [`AROUND`] level directions, an odd number,
+//! which is as good as twice as many. What one sensor's plane cuts a small lamp off by is the largest error: the
+//! difference between the sets is stated for it, with the sensors' own errors.
 //!
 //! Sources: CIE S 017:2020 (17-21-054 and following); A. D. McLaren, *Optimal numerical integration on a sphere*, Math.
 //! Comp. 17, 1963. Not handled: skin and retina's spectra.
@@ -97,7 +97,6 @@ pub fn all_around(points: &[Sensor], up: DVec3, seed: u32) -> Vec<Sensor> {
 
 /// What the sensors of one point found: the light of its own, and that from all around.
 ///
-/// # Panics
 /// If there are not [`A_POINT`].
 pub fn of_point(point: &Sensor, up: DVec3, found: &[SensorLight]) -> (SensorLight, Fluence) {
     assert_eq!(found.len(), A_POINT);
@@ -172,7 +171,8 @@ mod tests {
         assert!((fluence.semicylindrical.expect("a facing")[0] - PI).abs() < 1e-12);
     }
 
-    /// A lamp that sends 1 W/m² past a point from a direction s: E_0 = 1, E_z = sin t / pi, E_sc = sin t (1 + cos a) / pi.
+    /// A lamp that sends 1 W/m² past a point from a direction s: E_0 = 1, E_z = sin t / pi and
+    /// E_sc = sin t (1 + cos a) / pi.
     /// Over directions the RMS of true errors is at most 1.2 times what is stated.
     #[test]
     fn a_small_lamp_is_known_within_its_error() {

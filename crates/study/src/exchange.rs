@@ -6,9 +6,10 @@
 //! Q_i  = sum over j of M_ij sigma T_j⁴,   M = diag(A eps) (I - B)   net power that leaves i
 //! ```
 //!
-//! The sky is a black column, from which nothing comes back: its share of Q is `-G_i,sky sigma T_sky⁴`. In a closed scene
-//! rows of B add up to 1, and G is symmetric where F is reciprocal; F is taken as it was found, and what is missing of
-//! both is told. Objects are grey, diffuse, and of one temperature and one radiosity each: divide what is not.
+//! The sky is a black column, from which nothing comes back: its share of Q is `-G_i,sky sigma T_sky⁴`. In a closed
+//! scene rows of B add up to 1, and G is symmetric where F is reciprocal; F is taken as it was found, and what is
+//! missing of both is told. Objects are grey, diffuse, and of one temperature and one radiosity each: divide what is
+//! not.
 //!
 //! Sources: B. Gebhart, *A new method for calculating radiant exchanges*, ASHRAE Trans. 65, 1959; M. F. Modest,
 //! *Radiative heat transfer*, 3rd ed. 2013, chapter 5. Not handled: gases, spectra, directions.
@@ -60,7 +61,6 @@ pub enum ExchangeError {
 /// The emissivities of objects by name from a table of two columns, an object and its emissivity above 0 and up to 1; a
 /// first row without a number is a head.
 ///
-/// # Errors
 /// [`ExchangeError`] with the line, or the object that has none.
 pub fn emissivities(table: &[u8], names: &[String]) -> Result<Vec<f64>, ExchangeError> {
     let mut reader = csv::ReaderBuilder::new();
@@ -96,10 +96,8 @@ pub fn emissivities(table: &[u8], names: &[String]) -> Result<Vec<f64>, Exchange
 impl Exchange {
     /// That of form factors, and an emissivity for each object.
     ///
-    /// # Errors
     /// [`ExchangeError::Singular`].
     ///
-    /// # Panics
     /// If there is not one emissivity an object.
     pub fn of(matrix: &FactorMatrix, emissivities: &[f64]) -> Result<Exchange, ExchangeError> {
         let (n, m) = (matrix.rows.len(), matrix.columns.len());
