@@ -217,7 +217,7 @@ def compare(folder, samples, repeats, tolerances):
             found, error, own = ours(folder, tolerance, seed)
             both = np.hypot(error, noise)
             columns = np.sqrt(np.mean((found - truth) ** 2, 0) / np.maximum(np.mean(both**2, 0), 1e-30))[truth.sum(0) > 0]
-            share = np.abs(found - truth)[both > 0] / both[both > 0]
+            share = np.abs(found - truth)[truth > 0] / both[truth > 0]
             stated, apart = wrong(found + error, found), wrong(found, truth)
             true = np.sqrt(max(apart**2 - wrong(truth + noise, truth) ** 2, (0.3 * apart) ** 2))
             equal = seconds * (theirs / true) ** 2

@@ -35,6 +35,8 @@ const EXACT: f64 = 1e-6;
 const HALVINGS: usize = 24;
 /// Of more triangles than these no list by azimuth is spared.
 const FEW: usize = 48;
+/// Altitudes between things that are no wider are rounding, radians.
+const SLIT: f64 = 1e-12;
 /// Azimuths by which triangles are listed.
 const LISTS: usize = 96;
 /// More corners than these are no ends of intervals: halving finds them.
@@ -376,12 +378,12 @@ fn open((low, high): (f64, f64), scratch: &mut Scratch, mut each: impl FnMut(f64
         hidden.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         let mut from = low;
         for &(start, end, _) in hidden.iter() {
-            if start > from {
+            if start > from + SLIT {
                 each(from, start, 1.0);
             }
             from = from.max(end);
         }
-        if from < high {
+        if from + SLIT < high {
             each(from, high, 1.0);
         }
         return;
@@ -389,7 +391,7 @@ fn open((low, high): (f64, f64), scratch: &mut Scratch, mut each: impl FnMut(f64
     ends.clear();
     ends.extend([low, high].into_iter().chain(hidden.iter().flat_map(|own| [own.0, own.1])));
     ends.sort_unstable_by(f64::total_cmp);
-    for pair in ends.windows(2).filter(|pair| pair[1] > pair[0]) {
+    for pair in ends.windows(2).filter(|pair| pair[1] > pair[0] + SLIT) {
         let middle = 0.5 * (pair[0] + pair[1]);
         let over = hidden.iter().filter(|own| own.0 < middle && middle < own.1);
         let share: f64 = over.map(|own| own.2).product();

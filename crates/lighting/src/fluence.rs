@@ -7,8 +7,8 @@
 //! ```
 //!
 //! with E(n) the irradiance of a plane that faces n, which sensors measure. Means over directions are those of
-//! [`TURNS`] sets, each turned at random by itself, so that their mean has no bias: the corners of an icosahedron and
-//! of a dodecahedron, exact up to spherical harmonics of degree 9, and [`AROUND`] level directions, an odd number,
+//! three sets, each turned at random by itself, so that their mean has no bias: the corners of an icosahedron and
+//! of a dodecahedron, exact up to spherical harmonics of degree 9, and nine level directions, an odd number,
 //! which is as good as twice as many. What one sensor's plane cuts a small lamp off by is the largest error: the
 //! difference between the sets is stated for it, with the sensors' own errors.
 //!
@@ -23,15 +23,15 @@ use halflight::render::{Sensor, SensorLight};
 use serde::Serialize;
 
 /// Sets of directions.
-pub const TURNS: usize = 3;
+const TURNS: usize = 3;
 /// Level directions of a set.
-pub const AROUND: usize = 9;
+const AROUND: usize = 9;
 /// Weights of the corners of an icosahedron and of a dodecahedron.
 const WEIGHTS: [f64; 2] = [5.0 / 168.0, 9.0 / 280.0];
 /// Corners of both.
 const CORNERS: [usize; 2] = [12, 20];
 /// Sensors that one point takes.
-pub const A_POINT: usize = 1 + 2 + TURNS * (CORNERS[0] + CORNERS[1] + AROUND);
+const A_POINT: usize = 1 + 2 + TURNS * (CORNERS[0] + CORNERS[1] + AROUND);
 
 /// Light from all around.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -76,7 +76,7 @@ fn level(normal: DVec3, up: DVec3) -> (DVec3, bool) {
     if flat.length() > 1e-6 { (flat.normalize(), true) } else { (up.any_orthonormal_vector(), false) }
 }
 
-/// The sensors of points, [`A_POINT`] for each, its own first. `up` is a unit vector.
+/// The sensors of points, 126 for each, its own first. `up` is a unit vector.
 pub fn all_around(points: &[Sensor], up: DVec3, seed: u32) -> Vec<Sensor> {
     let corners = corners();
     let of = |(k, point): (usize, &Sensor)| {
@@ -97,7 +97,7 @@ pub fn all_around(points: &[Sensor], up: DVec3, seed: u32) -> Vec<Sensor> {
 
 /// What the sensors of one point found: the light of its own, and that from all around.
 ///
-/// If there are not [`A_POINT`].
+/// If there are not 126, as many as [`all_around`] has for a point.
 pub fn of_point(point: &Sensor, up: DVec3, found: &[SensorLight]) -> (SensorLight, Fluence) {
     assert_eq!(found.len(), A_POINT);
     let a_set = CORNERS[0] + CORNERS[1] + AROUND;
