@@ -100,7 +100,7 @@ class Daylit:
         """
         The direct part and its error, points × columns, sr.
         """
-    def illuminance(self, /) -> tuple[Incomplete, Incomplete] | None:
+    def illuminance(self, /) -> list[Incomplete] | None:
         """
         Illuminance, and that straight from the sun, points × skies, lx.
         """

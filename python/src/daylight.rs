@@ -156,13 +156,13 @@ impl Daylit {
     }
 
     /// Illuminance, and that straight from the sun, points × skies, lx.
-    fn illuminance<'py>(&self, py: Python<'py>) -> Option<(Bound<'py, PyArray2<f32>>, Bound<'py, PyArray2<f32>>)> {
+    fn illuminance<'py>(&self, py: Python<'py>) -> Option<[Bound<'py, PyArray2<f32>>; 2]> {
         let (_, light) = self.skies.as_ref()?;
         let of = |own: &[f32]| {
             let own = Array2::from_shape_vec((self.found.points, light.skies), own.to_vec());
             PyArray2::from_owned_array(py, own.expect("points times skies"))
         };
-        Some((of(&light.all), of(&light.sunlight)))
+        Some([of(&light.all), of(&light.sunlight)])
     }
 
     /// Mean illuminance of each point, and its error, lx.

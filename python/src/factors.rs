@@ -58,6 +58,9 @@ pub fn patch_factors(py: Python, scene: &Scene, tau: f32, fineness: (usize, u32)
     Ok(Between { found, cut })
 }
 
+/// Three matrices, and two numbers of each object.
+type Exchanged<'py> = ([Bound<'py, PyArray2<f64>>; 3], [Vec<f64>; 2]);
+
 /// What objects exchange by radiation: Gebhart's factors, conductances and the matrix of the net-radiation method, each
 /// n × columns; the sums of rows, and how far conductances are from those back.
 #[pyfunction]
@@ -66,7 +69,7 @@ pub fn exchange<'py>(
     matrix: PyReadonlyArray2<f64>,
     areas: Vec<f64>,
     emissivities: Vec<f64>,
-) -> PyResult<([Bound<'py, PyArray2<f64>>; 3], [Vec<f64>; 2])> {
+) -> PyResult<Exchanged<'py>> {
     let (n, m) = matrix.as_array().dim();
     let columns: Vec<String> = (0..m).map(|k| k.to_string()).collect();
     let own = FactorMatrix {
