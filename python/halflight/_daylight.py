@@ -305,6 +305,7 @@ def daylight(
             stacklevel=2,
         )
     (D, error), (direct, direct_error) = found.coefficients(), found.direct()
+    altitude, azimuth, solid_angle = found.columns()
     light, means, points, year = found.illuminance(), found.means(), found.points(), found.year()
     lux, sunlight = (None, None) if light is None else light
     mean = None if means is None else np.array(means)
@@ -319,7 +320,9 @@ def daylight(
         error,
         direct,
         direct_error,
-        *found.columns(),
+        altitude,
+        azimuth,
+        solid_angle,
         found.luminance(),
         lux,
         sunlight,
