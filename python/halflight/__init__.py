@@ -15,6 +15,7 @@ shadowless, one-bounce and local illumination, and everything between.
 :func:`relight`, :func:`explore`        lamps of other strengths without a ray; a page to play with
 :func:`audit`                           the error of any picture, without a reference
 :func:`bake`                            lightmaps, and a glTF file that uses them
+:func:`daylight`                        daylight coefficients with errors, and a year's illuminance
 :func:`open`                            what :meth:`Solution.save` kept
 ======================================  =================================================================
 
@@ -28,6 +29,7 @@ from halflight._audit import Audit, audit
 from halflight._bake import LightMaps, bake
 from halflight._bounces import Bounce, Bounces
 from halflight._camera import Camera
+from halflight._daylight import Daylight, DaylightYear, daylight
 from halflight._errors import (
     Diverges,
     DoesNotFit,
@@ -38,7 +40,7 @@ from halflight._errors import (
     ToleranceWarning,
 )
 from halflight._explore import Page, explore
-from halflight._factors import Factors, PatchFactors, factors, patch_factors
+from halflight._factors import Exchange, Factors, PatchFactors, factors, patch_factors
 from halflight._figures import plot_bounces, plot_map, to_pyvista
 from halflight._images import exposure, read_picture, save_picture, srgb
 from halflight._lamps import Lamps
@@ -65,9 +67,12 @@ __all__ = [
     "Bounce",
     "Bounces",
     "Camera",
+    "Daylight",
+    "DaylightYear",
     "Diverges",
     "DoesNotFit",
     "Errors",
+    "Exchange",
     "Factors",
     "FolderError",
     "HalflightError",
@@ -100,6 +105,7 @@ __all__ = [
     "bounces",
     "box",
     "cornell_box",
+    "daylight",
     "explore",
     "exposure",
     "factors",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, cast
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import pandas
     import scipy.sparse
 
-__all__ = ["Factors", "PatchFactors", "factors", "patch_factors"]
+__all__ = ["Exchange", "Factors", "PatchFactors", "factors", "patch_factors"]
 
 Float64 = npt.NDArray[np.float64]
 
@@ -65,6 +65,44 @@ class Factors:
     how: npt.NDArray[np.str_]
     tolerance: float
 
+    def exchange(self, emissivities: Mapping[str, Any] | npt.ArrayLike) -> Exchange:
+        """What the objects exchange by radiation, grey and diffuse, of one temperature each.
+
+        Parameters
+        ----------
+        emissivities : mapping of str to float, or (n,) floats
+            Above 0 and up to 1: by name, or in the order of ``names``.
+
+        Returns
+        -------
+        Exchange
+            Gebhart's factors, conductances and the matrix of the net-radiation method; the sky is black.
+
+        Examples
+        --------
+        >>> import halflight as hl
+        >>> found = hl.factors(hl.load("furnace")).exchange([0.8])
+        >>> round(float(found.gebhart[0, 0]), 6), round(float(found.row_sums[0]), 6)
+        (1.0, 1.0)
+        """
+        if isinstance(emissivities, Mapping):
+            unknown = sorted(set(emissivities) - set(self.names))
+            missing = [name for name in self.names if name not in emissivities]
+            if unknown or missing:
+                wrong = f"unknown: {', '.join(map(str, unknown))}" if unknown else f"missing: {', '.join(missing)}"
+                raise ValueError(f"emissivities must have one number for each object; {wrong}")
+            emissivities = [emissivities[name] for name in self.names]
+        given = arguments.array("emissivities", emissivities, (len(self.names),))
+        if not ((given > 0.0) & (given <= 1.0)).all():
+            raise ValueError(f"emissivities must be above 0 and up to 1, not {given.min():g} to {given.max():g}")
+        has_sky = bool(self.sky.any())
+        matrix = np.column_stack([self.matrix, self.sky]) if has_sky else self.matrix
+        (gebhart, conductances, net), (sums, reciprocity) = _native.exchange(
+            np.ascontiguousarray(matrix, np.float64), list(self.areas), list(given)
+        )
+        columns = [*self.names, _unlike("sky", self.names)] if has_sky else list(self.names)
+        return Exchange(self.names, columns, given, gebhart, conductances, net, np.array(sums), np.array(reciprocity))
+
     def to_pandas(self) -> pandas.DataFrame:
         """The matrix as a table; needs pandas.
 
@@ -89,6 +127,49 @@ class Factors:
 
     def _repr_html_(self) -> str:
         return _show.factors(self.names, self.matrix, [("sky", self.sky), ("closure", self.closure)])
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Exchange:
+    """What n objects exchange by radiation.
+
+    Attributes
+    ----------
+    names, columns : list of str
+        The objects; what absorbs: the objects and, where there is one, the sky.
+    emissivities : (n,) float64
+        Of the objects.
+    gebhart : (n, columns) float64
+        ``B_ij``: share of what i emits that j absorbs, straight or after any reflections.
+    conductances : (n, columns) float64
+        ``A_i eps_i B_ij``, the scene's units squared: power from i to j is that times ``sigma T_i**4``.
+    net : (n, columns) float64
+        ``Q = net @ (sigma T**4)`` is the net power that leaves each object.
+    row_sums : (n,) float64
+        Of ``gebhart``: 1 in a closed scene.
+    reciprocity : (n,) float64
+        Of each object the largest ``|G_ij - G_ji|`` over the larger of the two.
+    """
+
+    names: list[str]
+    columns: list[str]
+    emissivities: Float64
+    gebhart: Float64
+    conductances: Float64
+    net: Float64
+    row_sums: Float64
+    reciprocity: Float64
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """The conductances as a table: a row for each object that emits; needs pandas."""
+        import pandas
+
+        table = pandas.DataFrame(self.conductances, index=self.names, columns=self.columns)
+        table.index.name = "from"
+        return table
+
+    def __repr__(self) -> str:
+        return f"<halflight.Exchange: {len(self.names)} objects, rows sum to {self.row_sums.min():.6g} at least>"
 
 
 def _unlike(name: str, names: list[str]) -> str:

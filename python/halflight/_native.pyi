@@ -118,6 +118,52 @@ class Between:
         """
 
 @final
+class Daylit:
+    """
+    Daylight at points: `halflight.Daylight`.
+    """
+    def coefficients(self, /) -> tuple[Incomplete, Incomplete]:
+        """
+        D and its standard error, points × columns × channels, sr.
+        """
+    def columns(self, /) -> list[Incomplete]:
+        """
+        Altitude and azimuth of the middles of the columns, radians, and their solid angles, sr.
+        """
+    def direct(self, /) -> tuple[Incomplete, Incomplete]:
+        """
+        The direct part and its error, points × columns, sr.
+        """
+    def illuminance(self, /) -> list[Incomplete] | None:
+        """
+        Illuminance, and that straight from the sun, points × skies, lx.
+        """
+    def luminance(self, /) -> Incomplete | None:
+        """
+        Luminance of the skies' columns without the sun, skies × columns, cd/m².
+        """
+    def means(self, /) -> list[list[float]] | None:
+        """
+        Mean illuminance of each point, and its error, lx.
+        """
+    def points(self, /) -> list[tuple[float, float, list[float]]] | None:
+        """
+        Of each point autonomy, sunlit hours and the four shares of UDI.
+        """
+    def taken(self, /) -> tuple[float, bool, int, float]:
+        """
+        The error that the tolerance is held against, whether it is met, patches and seconds.
+        """
+    def times(self, /) -> list[tuple[int, int, float] | None]:
+        """
+        Month, day and hour of each sky; none of one without a time.
+        """
+    def year(self, /) -> tuple[float, float, float] | None:
+        """
+        sDA, ASE, and occupied hours.
+        """
+
+@final
 class KeptLamps:
     """
     The light of each lamp as an earlier run left it.
@@ -532,6 +578,11 @@ def builtin_scenes() -> list[tuple[str, str]]:
     The names of the built-in scenes, each with a line on it.
     """
 
+def daylight(scene: Scene, mode: tuple[SupportsFloat | SupportsIndex, SupportsFloat | SupportsIndex], sensors: tuple[Incomplete, Incomplete], own: Incomplete, asked: Incomplete) -> Daylit:
+    """
+    Finds coefficients at points, positions and normals in the file's units, and what skies make of them.
+    """
+
 def dimmed(lit: Incomplete, wanted: SupportsGetItem[int, SupportsFloat | SupportsIndex]) -> list[float] | None:
     """
     The factors from 0 to 1 of lamps with the illuminances `lit` (points, lamps) that come nearest to `wanted`.
@@ -540,6 +591,12 @@ def dimmed(lit: Incomplete, wanted: SupportsGetItem[int, SupportsFloat | Support
 def encode_png(picture: Incomplete, stops: SupportsFloat | SupportsIndex) -> bytes:
     """
     The bytes of a PNG file.
+    """
+
+def exchange(matrix: Incomplete, areas: SupportsGetItem[int, SupportsFloat | SupportsIndex], emissivities: SupportsGetItem[int, SupportsFloat | SupportsIndex]) -> tuple[list[Incomplete], list[list[float]]]:
+    """
+    What objects exchange by radiation: Gebhart's factors, conductances and the matrix of the net-radiation method, each
+    n × columns; the sums of rows, and how far conductances are from those back.
     """
 
 def explore(scene: Scene, file: str | PathLike[str], words: tuple[str, str, bool], effort: Incomplete, asked: Incomplete) -> tuple[list[int], float, float | None]:

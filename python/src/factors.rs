@@ -2,9 +2,10 @@
 
 use halflight::Transport;
 use halflight::render::{Discretization, Fineness};
-use halflight_study::{FactorMatrix, FactorSettings, PatchFactors, factors, patch_factors as between};
+use halflight_study::{Exchange, FactorMatrix, FactorSettings, PatchFactors, factors, patch_factors as between};
 use numpy::ndarray::Array2;
-use numpy::{PyArray1, PyArray2};
+use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::arrays;
@@ -55,6 +56,38 @@ pub fn patch_factors(py: Python, scene: &Scene, tau: f32, fineness: (usize, u32)
     })?;
     let (found, cut) = found.map_err(halflight::render::Unfit::raise)?;
     Ok(Between { found, cut })
+}
+
+/// Three matrices, and two numbers of each object.
+type Exchanged<'py> = ([Bound<'py, PyArray2<f64>>; 3], [Vec<f64>; 2]);
+
+/// What objects exchange by radiation: Gebhart's factors, conductances and the matrix of the net-radiation method, each
+/// n × columns; the sums of rows, and how far conductances are from those back.
+#[pyfunction]
+pub fn exchange<'py>(
+    py: Python<'py>,
+    matrix: PyReadonlyArray2<f64>,
+    areas: Vec<f64>,
+    emissivities: Vec<f64>,
+) -> PyResult<Exchanged<'py>> {
+    let (n, m) = matrix.as_array().dim();
+    let columns: Vec<String> = (0..m).map(|k| k.to_string()).collect();
+    let own = FactorMatrix {
+        rows: columns[..n].to_vec(),
+        columns,
+        values: matrix.as_array().iter().copied().collect(),
+        errors: vec![0.0; n * m],
+        areas,
+        closure: vec![0.0; n],
+        reciprocity: vec![0.0; n * n],
+    };
+    let found = Exchange::of(&own, &emissivities).map_err(|error| PyValueError::new_err(error.to_string()))?;
+    let of = |numbers: Vec<f64>| {
+        let numbers = Array2::from_shape_vec((n, m), numbers).expect("a number for each pair");
+        PyArray2::from_owned_array(py, numbers)
+    };
+    let Exchange { gebhart, conductances, net, row_sums, reciprocity, .. } = found;
+    Ok(([gebhart, conductances, net].map(of), [row_sums, reciprocity]))
 }
 
 #[pymethods]

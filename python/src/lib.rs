@@ -14,6 +14,7 @@
 mod arrays;
 mod audit;
 mod bake;
+mod daylight;
 mod errors;
 mod explore;
 mod factors;
@@ -37,9 +38,11 @@ mod _native {
     #[pymodule_export]
     use super::bake::{Baked, bake};
     #[pymodule_export]
+    use super::daylight::{Daylit, daylight};
+    #[pymodule_export]
     use super::explore::explore;
     #[pymodule_export]
-    use super::factors::{Between, ObjectFactors, object_factors, patch_factors};
+    use super::factors::{Between, ObjectFactors, exchange, object_factors, patch_factors};
     #[pymodule_export]
     use super::given::scene_from_arrays;
     #[pymodule_export]

@@ -6,9 +6,9 @@
 //! ```
 //!
 //! L_h is what a cosine-distributed ray reads of the light on patches, which costs a cast and varies little; the
-//! residuals r_k along paths ([`crate::error::residual`]) have the mean `F (L - L_h)`, what is wrong with it. So light on
-//! patches is a control variate (M. Giles, *Multilevel Monte Carlo path simulation*, Operations Research 56, 2008): the
-//! mean does not depend on patches, on rays of F or on where the series was truncated, and the only error is noise.
+//! residuals r_k along paths ([`crate::error::residual`]) have the mean `F (L - L_h)`, what is wrong with it. So light
+//! on patches is a control variate (M. Giles, *Multilevel Monte Carlo path simulation*, Operations Research 56, 2008):
+//! the mean does not depend on patches, on rays of F or on where the series was truncated, and the only error is noise.
 //!
 //! Every point is estimated by [`REPLICAS`] independent scramblings of one sequence, whose spread is the variance of
 //! their mean. Rays double, of the kind that takes most variance for its price, until the error is small enough.

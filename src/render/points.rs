@@ -4,9 +4,9 @@
 //! E(x) = integral over the hemisphere of L_invisible(x, w) cos dw,     L_invisible = sum of KⁿE
 //! ```
 //!
-//! is what a sensor measures: the half that travels. Hemisphere rays read the light on patches, paths find what is wrong
-//! with it ([`crate::gather::irradiance`]), so that a point is as accurate as requested on patches of any size, and its
-//! error is noise alone. Patches that are better save paths.
+//! is what a sensor measures: the half that travels. Hemisphere rays read the light on patches, paths find what is
+//! wrong with it ([`crate::gather::irradiance`]), so that a point is as accurate as requested on patches of any size,
+//! and its error is noise alone. Patches that are better save paths.
 //!
 //! Bounces and emitters are read at once and scaled to what all light is together, so each set adds up to it.
 //!

@@ -16,6 +16,7 @@ use halflight::scene::SceneError;
 use halflight::solve::{Diverges, Verdict};
 use halflight_audit::{AuditError, Estimated};
 use halflight_bake::BakeError;
+use halflight_daylight::DaylightError;
 use halflight_explore::PageError;
 use halflight_export::kept::KeptError;
 use halflight_lighting::{LampError, SensorError};
@@ -112,6 +113,20 @@ pub enum CliError {
         /// The error asked about.
         most: f64,
     },
+    /// A weather file or a matrix of skies is wrong: exit code 3.
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Daylight(DaylightError),
+    /// A table of emissivities is wrong: exit code 3.
+    #[error("{message}")]
+    #[diagnostic(
+        code(halflight::exchange),
+        help("a row is an object of the scene and its emissivity, above 0 and up to 1, with a comma between them")
+    )]
+    Exchange {
+        /// Where, and what is wrong.
+        message: String,
+    },
     /// What an earlier run kept is not what is needed: exit code 3.
     #[error("{message}")]
     #[diagnostic(code(halflight::relight))]
@@ -142,7 +157,12 @@ impl CliError {
             CliError::Image(ImageError::Read { .. } | ImageError::Decode { .. }) => 3,
             CliError::Image(_) | CliError::Write(_) | CliError::Chart(_) => 1,
             CliError::Kept(KeptError::Write(_) | KeptError::Occupied { .. }) => 1,
-            CliError::Kept(_) | CliError::Lamps(_) | CliError::Relight { .. } | CliError::Bake(_) => 3,
+            CliError::Kept(_)
+            | CliError::Lamps(_)
+            | CliError::Relight { .. }
+            | CliError::Bake(_)
+            | CliError::Daylight(_)
+            | CliError::Exchange { .. } => 3,
             CliError::Scene(_) | CliError::Metric(_) | CliError::Sensor(_) => 3,
             CliError::Diverges(e) if e.verdict == Verdict::Undecided => 6,
             CliError::Audit(AuditError::Endless) => 4,
@@ -188,6 +208,17 @@ impl From<BakeError> for CliError {
             BakeError::Image(e) => e.into(),
             BakeError::Write(e) => e.into(),
             own => CliError::Bake(own),
+        }
+    }
+}
+
+impl From<DaylightError> for CliError {
+    fn from(error: DaylightError) -> CliError {
+        match error {
+            DaylightError::Diverges(e) => e.into(),
+            DaylightError::Memory(e) => e.into(),
+            DaylightError::Write(e) => e.into(),
+            own => CliError::Daylight(own),
         }
     }
 }

@@ -2,7 +2,8 @@
 //! JSON.
 
 use std::fmt::{Display, Write as _};
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
@@ -19,7 +20,9 @@ use halflight::pictures::{Exposure, Table, make_directory};
 use halflight::render::{Discretization, Fineness, Solver, usable_memory};
 use halflight::scene::Scene;
 use halflight_export::{Array, Values, csr, write_npz};
-use halflight_study::{FactorMatrix, FactorSettings, FactorTable, How, PatchFactors, factors, patch_factors};
+use halflight_study::{
+    Exchange, FactorMatrix, FactorSettings, FactorTable, How, PatchFactors, emissivities, factors, patch_factors,
+};
 
 /// Factors shown in the table at most; the files hold all of them.
 const SHOWN: usize = 400;
@@ -44,6 +47,9 @@ pub struct Factors {
     /// Cast so many hemisphere rays from each patch [default with --patches: 256]
     #[arg(long, value_name = "N", requires = "patches", value_parser = clap::value_parser!(u32).range(1..=1_048_576))]
     pub rays: Option<u32>,
+    /// Have what objects exchange by radiation as well, by a table of their emissivities: object,emissivity
+    #[arg(long, value_name = "FILE.csv", conflicts_with = "patches")]
+    pub exchange: Option<PathBuf>,
     /// What is kept of the patches.
     #[command(flatten)]
     pub keep: Keep,
@@ -62,7 +68,17 @@ struct Report<'a> {
     reciprocity: Vec<ReciprocityReport<'a>>,
     /// Form factors whose standard error exceeds the tolerance.
     unmet: usize,
+    /// What they exchange by radiation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    exchange: Option<ExchangeReport>,
     files: Vec<PathBuf>,
+}
+
+/// How far exchange is from that of a closed scene.
+#[derive(Serialize)]
+struct ExchangeReport {
+    row_sums: Vec<f64>,
+    reciprocity: Vec<f64>,
 }
 
 #[derive(Serialize)]
@@ -115,9 +131,48 @@ pub fn run(own: &Factors, common: &Common, console: &Console) -> Result<(), CliE
             table.factors.len()
         ));
     }
-    let files = write(&scene, &table, common)?;
+    let mut files = write(&scene, &table, common)?;
+    let exchange = own.exchange.as_ref().map(|path| exchange_of(path, &scene, &table, common)).transpose()?;
+    if let Some((exchange, own)) = &exchange {
+        say_exchange(exchange, console);
+        files.extend(own.iter().cloned());
+    }
     files.iter().for_each(|file| console.say(file.display().to_string()));
-    console.report(&report(&scene, own, &table, files))
+    let exchange = exchange.map(|(own, _)| ExchangeReport { row_sums: own.row_sums, reciprocity: own.reciprocity });
+    console.report(&Report { exchange, ..report(&scene, own, &table, files) })
+}
+
+/// What objects of the emissivities of a table exchange, and the files that it is written to.
+fn exchange_of(
+    path: &Path,
+    scene: &Scene,
+    table: &FactorTable,
+    common: &Common,
+) -> Result<(Exchange, Vec<PathBuf>), CliError> {
+    let wrong = |message: String| CliError::Exchange { message: format!("{}: {message}", path.display()) };
+    let matrix = FactorMatrix::of(table);
+    let bytes = fs::read(path).map_err(|error| wrong(error.to_string()))?;
+    let given = emissivities(&bytes, &matrix.rows).map_err(|error| wrong(error.to_string()))?;
+    let found = Exchange::of(&matrix, &given).map_err(|error| wrong(error.to_string()))?;
+    let file = |end: &str| common.out.join(format!("{}-exchange-{end}.csv", scene.name));
+    let files = vec![file("conductances"), file("gebhart"), file("net")];
+    for (file, values) in files.iter().zip([&found.conductances, &found.gebhart, &found.net]) {
+        named_table(&found.rows, &found.columns, values).write(file)?;
+    }
+    Ok((found, files))
+}
+
+fn say_exchange(found: &Exchange, console: &Console) {
+    let least = found.row_sums.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = found.row_sums.iter().copied().fold(0.0, f64::max);
+    let worst = found.reciprocity.iter().copied().fold(0.0, f64::max);
+    console.say(format!(
+        "exchange: rows of Gebhart's factors sum to {least:.9} to {most:.9}, conductances differ from those back by \
+         {worst:.1e} at most"
+    ));
+    if least < 1.0 - 1e-3 {
+        console.warn("a part of what objects emit reaches neither an object nor a sky: it is lost to the outside");
+    }
 }
 
 /// Writes all pairs, and the matrix with its residuals.
@@ -126,17 +181,17 @@ fn write(scene: &Scene, table: &FactorTable, common: &Common) -> Result<Vec<Path
     let files = vec![file(".csv"), file("-matrix.csv"), file("-residuals.csv"), file(".npz")];
     rows(table).write(&files[0])?;
     let matrix = FactorMatrix::of(table);
-    matrix_table(&matrix).write(&files[1])?;
+    named_table(&matrix.rows, &matrix.columns, &matrix.values).write(&files[1])?;
     residuals_table(&matrix, table).write(&files[2])?;
     write_npz(&files[3], &matrix_arrays(&matrix))?;
     Ok(files)
 }
 
-/// The matrix, its rows and columns named.
-fn matrix_table(matrix: &FactorMatrix) -> Table {
-    let names: Vec<&str> = std::iter::once("from").chain(matrix.columns.iter().map(String::as_str)).collect();
+/// A matrix, its rows and columns named.
+fn named_table(rows: &[String], columns: &[String], values: &[f64]) -> Table {
+    let names: Vec<&str> = std::iter::once("from").chain(columns.iter().map(String::as_str)).collect();
     let mut table = Table::with_columns(&names);
-    for (name, row) in matrix.rows.iter().zip(matrix.values.chunks(matrix.columns.len().max(1))) {
+    for (name, row) in rows.iter().zip(values.chunks(columns.len().max(1))) {
         let cells: Vec<&dyn Display> = std::iter::once(name as _).chain(row.iter().map(|f| f as _)).collect();
         table.row(&cells);
     }
@@ -337,6 +392,7 @@ fn report<'a>(scene: &'a Scene, own: &Factors, table: &'a FactorTable, files: Ve
         factors: factors.collect(),
         reciprocity: reciprocity.collect(),
         unmet: table.unmet,
+        exchange: None,
         files,
     }
 }

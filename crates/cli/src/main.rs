@@ -21,6 +21,7 @@ pub(crate) mod audit;
 pub(crate) mod bake;
 pub(crate) mod bounces;
 pub(crate) mod console;
+pub(crate) mod daylight;
 pub(crate) mod diff;
 pub(crate) mod error;
 pub(crate) mod explore;
@@ -51,6 +52,7 @@ use crate::audit::AuditArguments;
 use crate::bake::Bake;
 use crate::bounces::Bounces;
 use crate::console::Console;
+use crate::daylight::DaylightArguments;
 use crate::diff::Diff;
 use crate::error::{CliError, show};
 use crate::explore::Explore;
@@ -118,6 +120,8 @@ enum Command {
     Chart(Chart),
     /// Compare Neumann, shooting and path tracing on one scene: error against time, and whether they agree
     Compare(Compare),
+    /// How much of each patch of the sky reaches points, with errors; a year's illuminance by a weather file
+    Daylight(DaylightArguments),
     /// Compare two pictures, number by number
     Diff(Diff),
     /// A page to play with: one HTML file in which bounces, modes and lamps can be moved
@@ -232,6 +236,7 @@ fn run(Cli { command, common }: Cli) -> Result<(), CliError> {
         Command::Bake(own) => bake::run(own, &common, &console),
         Command::Chart(own) => studies::chart(own, &common, &console),
         Command::Compare(own) => studies::compare(own, &common, &console),
+        Command::Daylight(own) => daylight::run(own, &common, &console),
         Command::Diff(own) => diff::run(own, &common, &console),
         Command::Explore(own) => explore::run(own, &common, &console),
         Command::Factors(own) => factors::run(own, &common, &console),

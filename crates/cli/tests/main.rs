@@ -8,6 +8,7 @@ mod cli_errors;
 #[path = "../../../tests/common/mod.rs"]
 mod common;
 mod compare;
+mod daylight;
 mod explore;
 mod exports;
 mod factors_command;

@@ -6,6 +6,7 @@
 mod aims;
 mod decimals;
 mod dimming;
+mod fluence;
 mod heads;
 mod kept_lamps;
 mod measured;
@@ -19,9 +20,10 @@ mod uniformity;
 
 pub use aims::aims;
 pub use dimming::dimmed;
+pub use fluence::{Fluence, all_around, of_point};
 pub use kept_lamps::LampError;
 pub use measured::{Columns, Measured, table};
-pub use plan::plan;
+pub use plan::{Words, plan, plan_of};
 pub use quantity::{Quantity, digits, lux};
 pub use relight::{Factors, LampLight, Relit, RelitPoint, SolvedPoint};
 pub use sensors::{Grid, SensorError, SensorLayout};

@@ -12,10 +12,7 @@ use crate::sensors::{Grid, SensorLayout};
 /// The plan of a quantity over the grid of a layout, with its mean, least, most and uniformity below a title. Points
 /// inside of solids are left out.
 pub fn plan(layout: &SensorLayout, grid: &Grid, quantity: Quantity, (found, title): (&SensorLights, String)) -> Plan {
-    let mut values = vec![None; grid.size[0] * grid.size[1]];
-    for (&[column, row], light) in grid.cells.iter().zip(&found.points) {
-        values[row * grid.size[0] + column] = quantity.at(light);
-    }
+    let values: Vec<Option<f64>> = found.points.iter().map(|light| quantity.at(light)).collect();
     let (all, unit) = (quantity.uniformity(found), quantity.unit());
     let [mean, least, most] = [all.mean, all.least, all.most].map(digits);
     let caption = format!(
@@ -23,10 +20,30 @@ pub fn plan(layout: &SensorLayout, grid: &Grid, quantity: Quantity, (found, titl
          {} apart in the file's units; {} inside of solids are left out.",
         all.least_over_mean, all.least_over_most, all.count, grid.spacing, all.left_out
     );
+    plan_of(layout, grid, &values, Words { title, caption, unit: unit.to_owned() })
+}
+
+/// What stands around a plan.
+pub struct Words {
+    /// In one line above.
+    pub title: String,
+    /// Below.
+    pub caption: String,
+    /// Over the legend.
+    pub unit: String,
+}
+
+/// The plan of a value of each sensor over the grid of a layout; those that have none are left out.
+pub fn plan_of(layout: &SensorLayout, grid: &Grid, of: &[Option<f64>], words: Words) -> Plan {
+    let mut values = vec![None; grid.size[0] * grid.size[1]];
+    for (&[column, row], value) in grid.cells.iter().zip(of) {
+        values[row * grid.size[0] + column] = *value;
+    }
     let (first, cell) = (layout.sensors[0].position, grid.cells[0]);
     let start = |k: usize| first.dot(grid.axes[k]) - cell[k] as f64 * grid.spacing;
     let axes = [0, 1].map(|k| axis(grid.axes[k], start(k), grid.spacing));
-    Plan { title, caption, unit: unit.to_owned(), axes, size: grid.size, values }
+    let Words { title, caption, unit } = words;
+    Plan { title, caption, unit, axes, size: grid.size, values }
 }
 
 /// An axis along a direction, whose first point has a coordinate along it.

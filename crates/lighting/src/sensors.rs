@@ -9,7 +9,7 @@ use glam::{DVec2, DVec3};
 
 use halflight::rays::warp::basis;
 use halflight::render::Sensor;
-use halflight::scene::{Place, Scene};
+use halflight::scene::{Bounds, Place, Scene};
 
 use crate::sensor_table::{TableError, sensors};
 
@@ -119,6 +119,26 @@ impl SensorLayout {
             TableError::Row(line, message) => SensorError::Row { place: Place::line(&file, line), message },
         })?;
         Ok(SensorLayout { sensors, names, grid: None })
+    }
+
+    /// The middles of the cells that the box around a scene is divided into, x running fastest, then y, all facing up.
+    ///
+    /// # Errors
+    /// [`SensorError`] where there are no cells, or too many.
+    pub fn through(scene: &Scene, cells: [usize; 3], up: DVec3) -> Result<SensorLayout, SensorError> {
+        let count = cells.iter().map(|n| *n as f64).product::<f64>();
+        if count < 1.0 || count > MOST as f64 {
+            return Err(SensorError::Count { name: scene.name.clone(), spacing: 0.0, count });
+        }
+        let bounds = Bounds::of((0..scene.solid_faces()).flat_map(|face| scene.exact_corners(face)));
+        let sensor = |k: usize| {
+            let cell = [k % cells[0], k / cells[0] % cells[1], k / cells[0] / cells[1]];
+            let share = DVec3::from([0, 1, 2].map(|axis| (cell[axis] as f64 + 0.5) / cells[axis] as f64));
+            let position = scene.frame.to_file(bounds.low + share * (bounds.high - bounds.low));
+            Sensor { position, normal: up }
+        };
+        let sensors: Vec<Sensor> = (0..count as usize).map(sensor).collect();
+        Ok(SensorLayout { names: vec![None; sensors.len()], sensors, grid: None })
     }
 
     /// Lays sensors over the object of a name, at a height over it and a spacing, both in the file's units: in the

@@ -5,6 +5,7 @@
 
 pub(crate) mod bounces;
 pub mod compare;
+pub(crate) mod exchange;
 pub(crate) mod factor_matrix;
 pub(crate) mod factors;
 pub mod map;
@@ -12,6 +13,7 @@ pub(crate) mod series;
 pub(crate) mod statistics;
 
 pub use bounces::{bounce_fields, bounce_fields_and_rest, bounce_pictures, partial_sums};
+pub use exchange::{Exchange, ExchangeError, emissivities};
 pub use factor_matrix::{FactorMatrix, PatchFactors, patch_factors};
 pub use factors::{Factor, FactorSettings, FactorTable, How, Reciprocity, Row as FactorRow, factors};
 pub use series::{bounce_sheet, bounces_chart, brightened, brightening};

@@ -1,0 +1,6 @@
+//! Daylight coefficients against closed forms, under rotation, and their errors against what they are.
+
+mod openings;
+mod rooms;
+mod statistics;
+mod weather_files;
