@@ -30,7 +30,7 @@ impl Lights {
     ) {
         for (i, strata) in self.patches.all_strata() {
             for stratum in strata {
-                self.from_stratum(receiver, (i, stratum), random, scratch, &mut each);
+                self.sample_stratum(receiver, (i, stratum), random, scratch, &mut each);
             }
         }
     }
@@ -56,7 +56,7 @@ impl Lights {
         }
     }
 
-    fn from_stratum(
+    fn sample_stratum(
         &self,
         receiver: &SurfacePoint,
         (i, stratum): (usize, &Stratum),

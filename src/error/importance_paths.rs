@@ -125,7 +125,7 @@ impl ImportancePaths {
             let n = own.paths(after) - (until[start] - k) as u32;
             memory.scratch.cast = 0;
             let random = Stream::new(hash(n, hash(own.pixel, seed)));
-            let vertices = tracer.from_pixel(own.pixel as usize, random, memory);
+            let vertices = tracer.trace_pixel(own.pixel as usize, random, memory);
             (Path { start: start as u32, vertices }, memory.scratch.cast)
         });
         let (own, cast): (Vec<Path>, Vec<u64>) = added.into_iter().unzip();
@@ -208,7 +208,7 @@ impl<'a> PathTracer<'a> {
     }
 
     /// The vertices of one path from pixel k.
-    fn from_pixel(&self, k: usize, mut random: Stream, memory: &mut Memory) -> Vec<Vertex> {
+    fn trace_pixel(&self, k: usize, mut random: Stream, memory: &mut Memory) -> Vec<Vertex> {
         let walker = &self.walker;
         let view = walker.view;
         let ray = view.camera_ray(k, random.uniform(), random.uniform());
@@ -232,7 +232,7 @@ impl<'a> PathTracer<'a> {
     }
 
     /// The vertices of one path that a ray begins, for light that arrives along the ray.
-    pub(crate) fn from_ray(&self, ray: &Ray, random: &mut Stream, memory: &mut Memory) -> Vec<Vertex> {
+    pub(crate) fn trace_ray(&self, ray: &Ray, random: &mut Stream, memory: &mut Memory) -> Vec<Vertex> {
         let mut next = Met::new();
         self.walker.follow(ray, memory, |m| next.push(m));
         self.go_on(DVec3::ONE, next, random, memory)

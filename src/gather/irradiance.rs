@@ -270,7 +270,7 @@ impl<'a> IrradianceSampler<'a> {
             let direction = cosine_direction(point.normal, u, v);
             let ray = Ray { origin: point.position, direction, source: point.source() };
             let random = &mut Stream::new(hash(k, seed));
-            let mut sum = error(&self.paths.from_ray(&ray, random, memory), view.patches, self.at_once.fields);
+            let mut sum = error(&self.paths.trace_ray(&ray, random, memory), view.patches, self.at_once.fields);
             view.lights.sample_strata(point, random, &mut memory.scratch, |_, light| sum += light);
             sum
         };
