@@ -73,7 +73,13 @@ fn words(line: &str) -> String {
         } else if !goes_on && !(c.is_whitespace() && last == ' ') {
             text.push(if c.is_whitespace() { ' ' } else { c });
         }
-        last = if goes_on { '#' } else if c.is_whitespace() { ' ' } else { c };
+        last = if goes_on {
+            '#'
+        } else if c.is_whitespace() {
+            ' '
+        } else {
+            c
+        };
     }
     text.trim().into()
 }
@@ -133,7 +139,11 @@ fn page(name: &str) {
             }
             let said: Vec<String> = said.lines().map(words).collect();
             for line in shown.iter().filter(|line| **line != "…") {
-                assert!(said.contains(&words(line)), "{name}: {command} does not print\n{line}\nbut\n{}", said.join("\n"));
+                assert!(
+                    said.contains(&words(line)),
+                    "{name}: {command} does not print\n{line}\nbut\n{}",
+                    said.join("\n")
+                );
             }
         }
     }

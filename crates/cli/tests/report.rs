@@ -20,7 +20,10 @@ fn a_report_says_what_the_program_is_and_runs_on() {
     ];
     assert_eq!(fields(&found), names);
     assert_eq!(found["version"], env!("CARGO_PKG_VERSION"));
-    assert_eq!((&found["system"], &found["architecture"]), (&std::env::consts::OS.into(), &std::env::consts::ARCH.into()));
+    assert_eq!(
+        (&found["system"], &found["architecture"]),
+        (&std::env::consts::OS.into(), &std::env::consts::ARCH.into())
+    );
     assert!(found["threads"].as_u64() >= Some(1), "{found}");
     assert!(found["memory"].as_f64().is_none_or(|memory| memory > 0.01), "{found}");
     assert!(found["command"].is_null());
