@@ -46,9 +46,12 @@ fn blocks(page: &str) -> Vec<Block> {
     found
 }
 
-/// Commands of a block, each with the lines that the page shows of its output.
+/// Commands of a block of them, each with the lines that the page shows of its output.
 fn commands(block: &Block) -> Vec<(&str, Vec<&str>)> {
     let mut found: Vec<(&str, Vec<&str>)> = Vec::new();
+    if block.kind != "console" {
+        return found;
+    }
     for line in &block.lines {
         match (line.strip_prefix("$ "), found.last_mut()) {
             (Some(command), _) => found.push((command, Vec::new())),
@@ -61,27 +64,21 @@ fn commands(block: &Block) -> Vec<(&str, Vec<&str>)> {
 
 /// A line without its numbers and the spaces that line them up.
 fn words(line: &str) -> String {
+    let words: Vec<String> = line.split_whitespace().map(without_numbers).collect();
+    words.join(" ")
+}
+
+/// A word with a mark in place of each number, its sign and its exponent.
+fn without_numbers(word: &str) -> String {
     let mut text = String::new();
-    let mut last = ' ';
-    for c in line.chars() {
-        let c = if c.is_ascii_digit() { '#' } else { c };
-        // Of a number all digits, its point, its exponent and its sign are one mark.
-        let goes_on = last == '#' && ("#.e".contains(c) || c == '-') || c == '#' && last == '-';
-        if c == '#' && last == '-' {
-            text.pop();
-            text.push('#');
-        } else if !goes_on && !(c.is_whitespace() && last == ' ') {
-            text.push(if c.is_whitespace() { ' ' } else { c });
-        }
-        last = if goes_on {
-            '#'
-        } else if c.is_whitespace() {
-            ' '
-        } else {
-            c
-        };
+    let mut rest = word;
+    while let Some(at) = rest.find(|c: char| c.is_ascii_digit()) {
+        let (before, number) = rest.split_at(at);
+        text += before.trim_end_matches(['-', '+', '.']);
+        text.push('#');
+        rest = number.trim_start_matches(|c: char| c.is_ascii_digit() || ".e-".contains(c));
     }
-    text.trim().into()
+    text + rest
 }
 
 /// The first line of a block names the file that the block is.
@@ -121,38 +118,32 @@ fn page(name: &str) {
         if let Some(name) = file(&block) {
             fs::write(place.path().join(name), block.lines.join("\n") + "\n").unwrap();
         }
-        for (command, shown) in commands_of(&block) {
+        for (command, shown) in commands(&block) {
+            check(command, &shown, &place);
             count += 1;
-            let plain = command.strip_suffix(FAILS).unwrap_or(command);
-            let Some(output) = ran(plain, &place) else {
-                eprintln!("skipped, as HALFLIGHT_PYTHON names no Python with NumPy and SciPy: {command}");
-                continue;
-            };
-            let mut said = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
-            if plain == command {
-                assert!(output.status.success(), "{name}: {command}: {said}");
-            } else {
-                assert!(!output.status.success(), "{name}: {command} does not fail");
-                said += &format!("\nexit code {}", output.status.code().unwrap());
-                let code = shown.last().copied();
-                assert_eq!(code, said.lines().last(), "{name}: {command}");
-            }
-            let said: Vec<String> = said.lines().map(words).collect();
-            for line in shown.iter().filter(|line| **line != "…") {
-                assert!(
-                    said.contains(&words(line)),
-                    "{name}: {command} does not print\n{line}\nbut\n{}",
-                    said.join("\n")
-                );
-            }
         }
     }
     assert!(count > 0, "{name} has no command");
 }
 
-/// Commands of a block of them.
-fn commands_of(block: &Block) -> Vec<(&str, Vec<&str>)> {
-    if block.kind == "console" { commands(block) } else { Vec::new() }
+/// Runs a command, which must end as the page says and print what it shows.
+#[track_caller]
+fn check(command: &str, shown: &[&str], place: &TempDir) {
+    let plain = command.strip_suffix(FAILS).unwrap_or(command);
+    let Some(output) = ran(plain, place) else {
+        return eprintln!("skipped, as HALFLIGHT_PYTHON names no Python with NumPy and SciPy: {command}");
+    };
+    let mut said = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+    if plain == command {
+        assert!(output.status.success(), "{command}: {said}");
+    } else {
+        said += &format!("\nexit code {}", output.status.code().unwrap());
+        assert_eq!(shown.last().copied(), said.lines().last(), "{command}");
+    }
+    let said: Vec<String> = said.lines().map(words).collect();
+    for line in shown.iter().filter(|line| **line != "…") {
+        assert!(said.contains(&words(line)), "{command} does not print\n{line}\nbut\n{}", said.join("\n"));
+    }
 }
 
 #[test]
