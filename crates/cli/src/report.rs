@@ -1,8 +1,8 @@
 //! `halflight report`: what to attach to a report of a fault: version, features, machine, and the command in question.
 //!
 //! Nothing private is in it: of the command stay the names of commands, options, built-in scenes and choices, and
-//! numbers; what else stands there, paths and names of materials, becomes `FILE.obj` or `NAME`. Nothing is run, written or
-//! sent. Not handled: the processor's name where there is no `/proc/cpuinfo` that has it.
+//! numbers; what else stands there, paths and names of materials, becomes `FILE.obj` or `NAME`. Nothing is run,
+//! written or sent. Not handled: the processor's name where there is no `/proc/cpuinfo` that has it.
 
 use std::collections::BTreeSet;
 use std::path::Path;

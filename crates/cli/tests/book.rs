@@ -1,9 +1,10 @@
-//! The pages of docs/book: their commands are run as they stand, in the order of the page, and print what the page shows.
+//! The pages of docs/book: their commands are run as they stand, in the order of the page, and print what it shows.
 //!
-//! A page is run in an empty directory with the room of tests/data/welcome. Blocks ```` ```console ```` are commands, `$ ` before
-//! them, and their output, of which `…` leaves out lines; numbers and times are not compared, words are. A command that
-//! must fail has `|| echo "exit code $?"` behind it. Blocks whose first line is `# NAME.toml`, `# NAME.csv` or `# NAME.py`
-//! are written as that file. `$ python ` is run where there is a Python that has NumPy and SciPy (`HALFLIGHT_PYTHON`).
+//! A page is run in an empty directory with the room of tests/data/welcome. Blocks called `console` are commands, `$ `
+//! before them, and their output, of which `…` leaves out lines; numbers are not compared, words are. A command that
+//! must fail has `|| echo "exit code $?"` behind it. A block whose first line is `# NAME.toml`, `# NAME.csv` or
+//! `# NAME.py` is written as that file. `$ python` is run where there is a Python that has NumPy and SciPy
+//! (`HALFLIGHT_PYTHON`).
 //!
 //! Not handled: quotes and pipes in commands, which no page has.
 
