@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 /// Where the address stands, besides the manifest of the workspace, of which all crates take it.
 const PLACES: [&str; 2] = [".github/ISSUE_TEMPLATE/config.yml", "CITATION.cff"];
 
-/// What is no address: whoever has one replaces it in the manifest and in [`PLACES`]. In two parts: this file is read too.
+/// What is no address: who has one replaces it in the manifest and in [`PLACES`]. In two parts, as this file is read.
 const PLACEHOLDER: &str = concat!("forge", ".invalid");
 
 fn root() -> PathBuf {
