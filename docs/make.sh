@@ -127,7 +127,7 @@ readers() { HALFLIGHT_INPUTS="${HALFLIGHT_INPUTS:-10000000}" cargo test --test r
 # Files that links name, and paths in code quotes, are there.
 check() {
     local page target missing=0
-    for page in README.md CONTRIBUTING.md CHANGELOG.md docs/*.md; do
+    for page in README.md CONTRIBUTING.md CHANGELOG.md SECURITY.md CODE_OF_CONDUCT.md docs/*.md docs/book/*.md; do
         while read -r target; do
             [ -e "$target" ] || { echo "$page names $target, which is not there"; missing=1; }
         done < <(

@@ -32,6 +32,7 @@ pub(crate) mod pictures;
 pub(crate) mod progress;
 pub(crate) mod relight;
 pub(crate) mod render;
+pub(crate) mod report;
 pub(crate) mod studies;
 pub(crate) mod trace;
 pub(crate) mod warnings;
@@ -61,6 +62,7 @@ use crate::map::MapArguments;
 use crate::options::arguments::{Common, use_threads};
 use crate::relight::Relight;
 use crate::render::Render;
+use crate::report::ReportArguments;
 use crate::studies::{Chart, Compare};
 use crate::trace::Trace;
 use halflight::pictures::abandon_files;
@@ -136,6 +138,8 @@ enum Command {
     Map(MapArguments),
     /// List the scenes that are built in
     Scenes,
+    /// Print what to attach to a report of a fault: version, features, machine, command; nothing private
+    Report(ReportArguments),
     /// Print what a shell needs to complete commands and options
     Completions {
         /// bash, zsh, fish, elvish or powershell
@@ -244,6 +248,7 @@ fn run(Cli { command, common }: Cli) -> Result<(), CliError> {
         Command::Trace(own) => trace::run(own, &common, &console),
         Command::Map(own) => map::run(own, &common, &console),
         Command::Scenes => scenes(&console),
+        Command::Report(own) => report::run(own, &Cli::command(), &console),
         Command::Completions { shell } => {
             let mut text = Vec::new();
             clap_complete::generate(*shell, &mut Cli::command(), "halflight", &mut text);

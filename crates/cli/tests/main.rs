@@ -2,6 +2,7 @@
 
 mod audit;
 mod bake;
+mod book;
 mod chart;
 mod cli;
 mod cli_errors;
@@ -17,10 +18,12 @@ mod glb_camera;
 mod interrupt;
 mod kept;
 mod layers;
+mod manifests;
 mod map;
 mod memory;
 mod points;
 mod ranks;
+mod report;
 mod run;
 mod trace_command;
 mod wound_outwards;
