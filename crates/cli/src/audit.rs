@@ -6,9 +6,9 @@ use clap::Args;
 use serde::Serialize;
 
 use crate::console::Console;
+use crate::console::warnings::check_variance;
 use crate::error::CliError;
 use crate::options::arguments::{Common, MemoryLimit, Subject, picture_error, seconds, unit_interval};
-use crate::warnings::check_variance;
 use halflight::light::{Rgb, Transport};
 use halflight::pictures::{
     Exposure, NamedPicture, Picture, Shows, Size, check_destination, check_extension, encode_srgb, is_exr,

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 
 use crate::console::Console;
+use crate::console::progress::Aim;
+use crate::console::warnings::words_of;
 use crate::error::CliError;
 use crate::options::arguments::{Common, Completion, MemoryLimit, ModeChoice, picture_error, unit_interval};
 use crate::options::layers::PerEmitter;
 use crate::pictures::check_place;
-use crate::progress::Aim;
-use crate::warnings::words_of;
 use halflight::Scene;
 use halflight::light::{Mode, Transport};
 use halflight::render::pixel;

@@ -29,13 +29,11 @@ pub(crate) mod factors;
 pub(crate) mod map;
 pub(crate) mod options;
 pub(crate) mod pictures;
-pub(crate) mod progress;
 pub(crate) mod relight;
 pub(crate) mod render;
 pub(crate) mod report;
 pub(crate) mod studies;
 pub(crate) mod trace;
-pub(crate) mod warnings;
 
 use std::io::{Write as _, stderr};
 use std::path::Path;

@@ -6,14 +6,14 @@ use std::time::Instant;
 use clap::Args;
 
 use crate::console::Console;
+use crate::console::progress::Aim;
+use crate::console::warnings::{Pictured, warn_of_backs, warn_of_error, words_of};
 use crate::error::{CliError, picture_or_divergence};
 use crate::options::arguments::{Common, Exposing, MemoryLimit, Precision, Problem, pixel, size};
 use crate::options::keep::{Keep, Kept};
 use crate::options::layers::Layers;
 use crate::options::points::{Points, Sensors};
 use crate::pictures::{Outcome, Places, RenderReport, finish};
-use crate::progress::Aim;
-use crate::warnings::{Pictured, warn_of_backs, warn_of_error, words_of};
 use halflight::Solver;
 use halflight::gather::{GatherPass, GatherSampling};
 use halflight::light::Transport;

@@ -10,10 +10,10 @@ use clap::Args;
 use serde::Serialize;
 
 use crate::console::Console;
+use crate::console::warnings::check_variance;
 use crate::error::{CliError, Patches};
 use crate::options::arguments::{Common, MemoryLimit, Subject, ladder, seconds, size};
 use crate::pictures::{Files, Modes};
-use crate::warnings::check_variance;
 use halflight::light::Transport;
 use halflight::pictures::{Size, make_directory, write_whole};
 use halflight::rays::Rays;

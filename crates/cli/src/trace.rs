@@ -10,10 +10,10 @@ use clap::Args;
 use serde::Serialize;
 
 use crate::console::Console;
+use crate::console::warnings::{Pictured, check_variance, warn_of_backs};
 use crate::error::CliError;
 use crate::options::arguments::{Common, Exposing, MemoryLimit, NextEventChoice, Subject, pixel, seconds, size};
 use crate::pictures::{Outcome, Places, RenderReport, finish};
-use crate::warnings::{Pictured, check_variance, warn_of_backs};
 use halflight::light::Transport;
 use halflight::pictures::{Size, check_extension, write_picture};
 use halflight::rays::Rays;

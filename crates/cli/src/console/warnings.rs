@@ -2,7 +2,7 @@
 //!
 //! Not handled: black backs that no ray of the camera meets.
 
-use crate::console::Console;
+use crate::console::terminal::Console;
 use halflight::light::{Rgb, Transport};
 use halflight::pictures::Size;
 use halflight::rays::{Ray, Rays, Side};

@@ -6,8 +6,8 @@ use std::sync::Mutex;
 
 use halflight_team as team;
 
+use crate::console::progress::{Aim, Progress};
 use crate::error::{CliError, columns, warning};
-use crate::progress::{Aim, Progress};
 use halflight::pictures::WriteError;
 use halflight::render::{Nearness, Watch};
 
