@@ -110,7 +110,7 @@ impl LightSum {
 impl Lights {
     /// Light at a receiver on a patch, `sum of F_l E_l` and irradiance over pi from punctual lights, W/(m² sr): one
     /// sample without bias. Patches cut by spots are lamps: of what they get nothing is told, of what they reflect a
-    /// sample at the receiver ([`crate::direct::strata_light`]).
+    /// sample at the receiver.
     pub fn sample(&self, receiver: &SurfacePoint, patch: u32, random: &mut Stream, scratch: &mut Scratch) -> DVec3 {
         let mut sum = DVec3::ZERO;
         self.sample_each((receiver, patch), random, scratch, |_, light| sum += light);

@@ -12,7 +12,7 @@
 //! the places where they lie closest together become spots, which have points of their own
 //! ([`crate::patches::spots`]). A regression tree between the landings and as many points uniform over the patch finds
 //! these places; a spot is the box around the landings of a leaf, wider by what the outermost of n leave beyond them.
-//! A spot is small beside its patch, over which its light is spread.
+//! A spot is small beside its patch: of a larger one points and paths know.
 //!
 //! As many walks start as light that is the tolerance's share of all lands by some hundred.
 //!

@@ -8,10 +8,10 @@
 //! D_i = sum over strata s of  A_s / A_i  mean over points of s of D(x)
 //! ```
 //!
-//! It has the power that arrives, though not the place: a patch as small as the spot would be as bright as that is,
-//! and rays of other patches would meet it as seldom as points did. What that blurs is hidden from paths, which take
-//! the light of such a patch at a point of its strata: spots serve where the light was lost otherwise, and nothing
-//! lies near them. A spot that lies across several patches makes strata in each.
+//! So F passes on the power that arrives. A patch as small as the spot would be as bright as that is, and rays of other
+//! patches would meet it as seldom as points did. Whoever looks from a place of its own, a pixel, a point, a vertex of
+//! a path, samples what the strata reflect there (`direct::strata_light`), so that nothing is blurred. A spot that
+//! lies across several patches makes strata in each.
 //!
 //! Worth: a room of which a beam's disc is a quarter of the light is 25 % off without, 1 to 3 % with
 //! (docs/validation.md, Where the stated error was too small).
