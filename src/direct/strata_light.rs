@@ -14,6 +14,7 @@ use glam::{DVec3, Vec2};
 
 use crate::direct::received::{Choice, LightSum};
 use crate::direct::{Lights, Scratch};
+use crate::form_factors::lambert::point_kernel;
 use crate::patches::spots::Stratum;
 use crate::rays::sobol::Stream;
 use crate::surfaces::SurfacePoint;
@@ -68,7 +69,8 @@ impl Lights {
         let scene = &self.geometry.scene;
         let alpha = self.transports[scene.faces[y.face as usize].material as usize].alpha;
         let reflect = f64::from(alpha) * scene.rho_at(y.face, y.position).as_dvec3();
-        let kernel = stratum.share * self.patches.areas()[i] * kernel(receiver, &y);
+        let [at, from] = [receiver, &y].map(|own| (own.position.as_dvec3(), own.normal.as_dvec3()));
+        let kernel = stratum.share * self.patches.areas()[i] * point_kernel(at.0, at.1, from.0, from.1);
         if kernel <= 0.0 || reflect == DVec3::ZERO {
             return;
         }
@@ -77,12 +79,4 @@ impl Lights {
             self.sample_at((&y, i as u32), random, scratch, |emitter, light| each(emitter, weight * light));
         }
     }
-}
-
-/// `cos cos / (pi d²)` between two points, 0 where either faces away from the other.
-fn kernel(x: &SurfacePoint, y: &SurfacePoint) -> f64 {
-    let way = y.position.as_dvec3() - x.position.as_dvec3();
-    let squared = way.length_squared();
-    let [from, to] = [x.normal.as_dvec3().dot(way), -y.normal.as_dvec3().dot(way)].map(|cos| cos.max(0.0));
-    if squared > 0.0 { from * to / (std::f64::consts::PI * squared * squared) } else { 0.0 }
 }

@@ -17,11 +17,11 @@ pub(crate) struct NarrowLight {
 }
 
 impl NarrowLight {
-    /// Patches that receive what a mode on these patches has missed as well
-    /// ([`Landings::missed`]); none where nothing is known to be missed.
+    /// Patches that receive what a mode on these patches has missed as well; none where nothing is known to be missed.
     pub(crate) fn mend(
         &mut self,
-        (p, mode): (&Discretization, &Assembled),
+        p: &Discretization,
+        mode: &Assembled,
         goal: &PictureGoal,
         spent: &mut Spent,
     ) -> Option<Discretization> {

@@ -189,7 +189,7 @@ pub(crate) fn sense(first: &Discretization, task: &Task, sensors: &[Sensor]) -> 
     let frame = first.geometry.scene.frame;
     let points: Vec<SurfacePoint> = sensors.iter().map(|sensor| point(sensor, &frame)).collect();
     let mut spent = Spent::default();
-    let (patches, mode, solution) = solved(first, task, &mut spent)?;
+    let (mode, solution) = solved(first, task, &mut spent)?;
     let (fields, seconds) = timed(|| fields(&mode, &solution, task.apart));
     spent.seconds.solve += seconds;
     let view = View::new(&mode.lights, goal.size);
@@ -207,18 +207,14 @@ pub(crate) fn sense(first: &Discretization, task: &Task, sensors: &[Sensor]) -> 
     Ok(SensorLights {
         met: met(&lights, &asked),
         points: lights,
-        patches: patches.patches.len(),
+        patches: mode.patches().len(),
         rays: spent.rays,
         seconds: spent.seconds.total,
     })
 }
 
 /// Light on as many patches as memory allows, with spots of narrow light.
-fn solved(
-    first: &Discretization,
-    task: &Task,
-    spent: &mut Spent,
-) -> Result<(Discretization, Assembled, Solution), Diverges> {
+fn solved(first: &Discretization, task: &Task, spent: &mut Spent) -> Result<(Assembled, Solution), Diverges> {
     let goal = task.goal;
     let rays = Fineness::first(goal.tolerance).rays;
     let sampling = Fineness { patches: 0, rays }.sampling(goal.seed);
@@ -227,9 +223,9 @@ fn solved(
     loop {
         let (mode, solution, own) = solve(&patches, task, rays)?;
         spent.add(&own);
-        match narrow.mend((&patches, &mode), goal, spent) {
+        match narrow.mend(&patches, &mode, goal, spent) {
             Some(mended) => patches = mended,
-            None => return Ok((patches, mode, solution)),
+            None => return Ok((mode, solution)),
         }
     }
 }

@@ -8,20 +8,10 @@ use std::f64::consts::PI;
 use glam::{DQuat, DVec3};
 use halflight_daylight::{Compass, DIAMETER, Division, Skies, Standard, direction};
 
-use crate::rooms::{daylight, rectangle, room, scene, seen_by, sensor, v};
+use crate::rooms::{daylight, lambert, rectangle, room, scene, seen_by, sensor, v};
 
 /// The error of S that its quadrature is to keep to, a share of pi.
 const QUADRATURE: f64 = 2e-6;
-
-/// Form factor from a point to a polygon that it sees all of (J. H. Lambert).
-fn lambert(x: DVec3, n: DVec3, corners: &[DVec3]) -> f64 {
-    let to = |k: usize| (corners[k % corners.len()] - x).normalize();
-    let edge = |k: usize| {
-        let (a, b) = (to(k), to(k + 1));
-        a.cross(b).normalize().dot(n) * a.dot(b).clamp(-1.0, 1.0).acos()
-    };
-    ((0..corners.len()).map(edge).sum::<f64>() / (2.0 * PI)).abs()
-}
 
 #[test]
 fn an_open_plane_sees_all_of_the_sky_and_a_wall_half_of_it() {

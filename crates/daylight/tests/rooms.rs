@@ -1,5 +1,6 @@
 //! Rooms made of quadrilaterals, and what is asked of them.
 
+use std::f64::consts::PI;
 use std::fmt::Write as _;
 
 use glam::{DQuat, DVec3};
@@ -18,6 +19,16 @@ pub fn v(x: f64, y: f64, z: f64) -> DVec3 {
 /// A rectangle by its lowest corner and two sides, whose front faces along their cross product.
 pub fn rectangle(corner: DVec3, a: DVec3, b: DVec3) -> Quad {
     [corner, corner + a, corner + a + b, corner + b]
+}
+
+/// Form factor from a point to a polygon that it sees all of (J. H. Lambert).
+pub fn lambert(x: DVec3, n: DVec3, corners: &[DVec3]) -> f64 {
+    let to = |k: usize| (corners[k % corners.len()] - x).normalize();
+    let edge = |k: usize| {
+        let (a, b) = (to(k), to(k + 1));
+        a.cross(b).normalize().dot(n) * a.dot(b).clamp(-1.0, 1.0).acos()
+    };
+    ((0..corners.len()).map(edge).sum::<f64>() / (2.0 * PI)).abs()
 }
 
 /// A scene of quadrilaterals with reflectances.

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::{DQuat, DVec3};
 
-use crate::rooms::{daylight, rectangle, room, scene, sensor, v};
+use crate::rooms::{daylight, lambert, rectangle, room, scene, sensor, v};
 
 /// Above an endless plane of reflectance rho, under a uniform sky, a plane that looks down receives pi rho, if all the
 /// sky reaches the ground; here a ground of 400 by 400 m, which reflects what it sees of it and nothing else.
@@ -35,7 +35,7 @@ fn the_first_reflection_is_an_integral_over_the_floor() {
         let to = at - x;
         let cosines = -to.normalize().z.min(0.0) * (-to.normalize().dot(normal)).max(0.0);
         // A point that sees all of the hole receives its form factor.
-        sum += 0.5 * factor(at, normal, &hole) * cosines / to.length_squared() * area;
+        sum += 0.5 * lambert(at, normal, &hole) * cosines / to.length_squared() * area;
     };
     for i in 0..steps {
         for j in 0..steps {
@@ -51,16 +51,6 @@ fn the_first_reflection_is_an_integral_over_the_floor() {
         }
     }
     assert!((all - sum).abs() < 2.0 * stated + 1e-3 * sum, "{all} {sum} {stated}");
-}
-
-/// pi times the form factor over pi of a polygon that lies before a point: irradiance under a unit radiance, over pi.
-fn factor(x: DVec3, n: DVec3, corners: &[DVec3]) -> f64 {
-    let to = |k: usize| (corners[k % corners.len()] - x).normalize();
-    let edge = |k: usize| {
-        let (a, b) = (to(k), to(k + 1));
-        a.cross(b).normalize().dot(n) * a.dot(b).clamp(-1.0, 1.0).acos()
-    };
-    ((0..corners.len()).map(edge).sum::<f64>() / (2.0 * PI)).abs()
 }
 
 /// Answers of little effort by several seeds, and one of much: what they are apart over what they state. Seven answers

@@ -186,7 +186,7 @@ impl<'a> Search<'a> {
             let (mut solved, spent) = Solved::new(&self.patches, &self.task, self.rays)?;
             self.spent.add(&spent);
             if let Some(narrow) = &mut self.narrow {
-                if let Some(patches) = narrow.mend((&self.patches, &solved.mode), self.task.goal, &mut self.spent) {
+                if let Some(patches) = narrow.mend(&self.patches, &solved.mode, self.task.goal, &mut self.spent) {
                     self.patches = patches;
                     continue;
                 }
