@@ -26,6 +26,22 @@ impl Halves {
         d * d
     }
 
+    /// Squared error of the mean of two estimates that each were made of one of two `raw` ones, whatever was done to
+    /// them:
+    ///
+    /// ```text
+    /// ((a - B)² + (b - A)²) / 2 - (A - B)² / 2 - (a - b)² / 4        raw A and B of one variance, a made of A, b of B
+    /// ```
+    ///
+    /// The mean of this is exact: with errors a, b and A, B of these letters the first three terms are
+    /// `(a² + b²) / 2 - a B - b A + A B`, of which only the squares have a mean, and the square of the mean of a and b
+    /// is less by the last. It is the variance where nothing was done, and noise may make it negative.
+    pub(crate) fn crossed(self, raw: Self) -> DVec3 {
+        let square = |v: DVec3| v * v;
+        let apart = 0.5 * (square(self.0 - raw.1) + square(self.1 - raw.0) - square(raw.0 - raw.1));
+        apart - 0.25 * square(self.0 - self.1)
+    }
+
     /// The square of the estimated quantity, channels added; noise may make it negative.
     pub(crate) fn squared(self) -> f64 {
         self.0.dot(self.1)
@@ -46,6 +62,24 @@ impl Halves {
 mod tests {
     use super::*;
     use crate::rays::sobol::Stream;
+
+    /// Estimates drawn towards a wrong value: the crossed squares are the squared error of their mean all the same.
+    #[test]
+    fn crossed_squares_know_what_was_done_to_estimates() {
+        let mut random = Stream::new(7);
+        let truth = DVec3::new(2.0, -1.0, 0.5);
+        let (mut crossed, mut squared, count) = (DVec3::ZERO, DVec3::ZERO, 20_000);
+        for _ in 0..count {
+            let raw = Halves::of([0, 1].map(|_| truth + (f64::from(random.uniform()) - 0.5)));
+            let drawn = Halves(0.5 * raw.0 + 0.6, 0.3 * raw.1 + 0.9);
+            let off = 0.5 * (drawn.0 + drawn.1) - truth;
+            crossed += drawn.crossed(raw) / f64::from(count);
+            squared += off * off / f64::from(count);
+            assert!((raw.crossed(raw) - raw.variance()).abs().max_element() < 1e-12);
+        }
+        // Each term has a standard deviation below the product of the largest error, 2, and of noise, 0.3.
+        assert!((crossed - squared).abs().max_element() < 4.0 * 0.6 / 20_000_f64.sqrt(), "{crossed} {squared}");
+    }
 
     #[test]
     fn means_of_products_know_no_noise() {

@@ -29,6 +29,7 @@ use crate::gather::pixels::camera_rays::{CameraRays, PixelScratch};
 use crate::gather::pixels::outlines::measure_outlines;
 use crate::gather::pixels::pixel::{Pixel, rays};
 use crate::gather::pixels::small_faces::find_small_faces;
+use crate::gather::pixels::smoothing::smooth;
 use crate::gather::sampling::Limit;
 use crate::light::budget::OUTLINES;
 
@@ -93,7 +94,9 @@ pub(crate) fn refine(
 ) {
     let Some(noise) = plan.noise else { return };
     // Each round doubles the rays of some pixel, of which none gets more than [`MOST_RAYS`].
+    let mut pays = true;
     loop {
+        pays = pays && smooth(camera_rays, pixels);
         let next = if plan.limit.is_over(rays(pixels)) {
             Next::Enough
         } else {

@@ -222,6 +222,11 @@ impl<'a> CameraRays<'a> {
         emitters.are_apart().then(|| emitters.of_face(self.view.scene, face))
     }
 
+    /// Whether a material shows highlights.
+    pub(crate) fn shows_highlights(&self, material: u32) -> bool {
+        self.highlights.is_some() && self.view.scene.materials[material as usize].gloss.is_some()
+    }
+
     /// Chooses the scrambling of the points.
     pub(crate) fn seed(&self) -> u32 {
         self.seed
@@ -271,20 +276,16 @@ impl<'a> CameraRays<'a> {
         };
         let PixelScratch { memory, sum, own, .. } = scratch;
         let cuts = view.lights.cuts(patch);
+        own.clear();
+        view.lights.add(own, (&receiver, cuts, DVec3::splat(share)), self.visibility, point, memory);
+        view.lights.add_strata(own, (&receiver, DVec3::splat(share)), self.visibility, point, memory);
+        sum.join_weighted(rho, own);
         if let Some(mean) = mean {
-            own.clear();
-            view.lights.add(own, (&receiver, cuts, DVec3::splat(share)), self.visibility, point, memory);
-            view.lights.add_strata(own, (&receiver, DVec3::splat(share)), self.visibility, point, memory);
-            sum.join_weighted(rho, own);
             pixel.light.textured(key).add(ray.half, own, mean - rho);
-        } else {
-            view.lights.add(sum, (&receiver, cuts, share * rho), self.visibility, point, memory);
-            view.lights.add_strata(sum, (&receiver, share * rho), self.visibility, point, memory);
         }
+        pixel.layer(key, receiver).add(ray.half, &receiver, share * typical, typical * own.total());
         if !self.dark {
-            let rho = share * typical;
-            pixel.light.ambient[ray.half] += rho * self.fields.ambient(patch).as_dvec3();
-            pixel.layer(key, receiver).add(ray.half, &receiver, rho);
+            pixel.light.ambient[ray.half] += share * typical * self.fields.ambient(patch).as_dvec3();
         }
         emits
     }

@@ -11,4 +11,5 @@ pub(crate) mod pixel_noise;
 pub(crate) mod pixel_texture;
 pub(crate) mod projection;
 pub(crate) mod small_faces;
+pub(crate) mod smoothing;
 pub(crate) mod textured_light;

@@ -133,6 +133,12 @@ impl Pixel {
         Halves::of(halves.map(|half| half * (2.0 / self.camera()))).variance()
     }
 
+    /// Squared standard error of all light that it shows.
+    pub(crate) fn shown_variance(&self) -> DVec3 {
+        let own = || self.variance(self.halves());
+        self.light.smooth.as_ref().map_or_else(own, |smooth| smooth.variance) + self.outline_variance()
+    }
+
     /// The variance, emission counting up to `bright`: that of the halves, or of the last resampling if there is one,
     /// and no less than that of small faces.
     pub(crate) fn variance_below(&self, bright: f64) -> DVec3 {
@@ -141,6 +147,9 @@ impl Pixel {
 
     /// The variance estimated from rays.
     fn sampled_variance_below(&self, bright: f64) -> DVec3 {
+        if let Some(smooth) = &self.light.smooth {
+            return smooth.variance;
+        }
         self.noise.resampled().unwrap_or_else(|| self.variance(self.halves_below(bright)))
     }
 

@@ -39,6 +39,8 @@ pub(crate) struct Layer {
     pub sum: [DVec3; 2],
     /// Sums of the reflectance of the points seen.
     pub reflected: [DVec3; 2],
+    /// Sums of direct light there, times that.
+    pub lit: [DVec3; 2],
     /// The first points seen by each half.
     pub origins: [Vec<SurfacePoint>; 2],
 }
@@ -46,18 +48,19 @@ pub(crate) struct Layer {
 impl Layer {
     /// A layer that no ray has seen yet.
     pub(crate) fn new(key: SurfaceKey, first: SurfacePoint) -> Layer {
-        let (sum, reflected) = ([DVec3::ZERO; 2], [DVec3::ZERO; 2]);
-        Layer { key, first, count: [0; 2], sum, reflected, origins: [Vec::new(), Vec::new()] }
+        let zero = [DVec3::ZERO; 2];
+        Layer { key, first, count: [0; 2], sum: zero, reflected: zero, lit: zero, origins: [Vec::new(), Vec::new()] }
     }
 
-    /// Adds one camera ray of a half, and the reflectance where it ended.
-    pub(crate) fn add(&mut self, half: usize, seen: &SurfacePoint, rho: DVec3) {
+    /// Adds one camera ray of a half, the reflectance where it ended, and direct light times that.
+    pub(crate) fn add(&mut self, half: usize, seen: &SurfacePoint, rho: DVec3, lit: DVec3) {
         if self.origins[half].len() < ORIGINS {
             self.start(half, *seen);
         }
         self.count[half] += 1;
         self.sum[half] += seen.position.as_dvec3();
         self.reflected[half] += rho;
+        self.lit[half] += lit;
     }
 
     /// Sums of the reflectance of the points that each half saw; of one reflectance they are exact, as f64 holds them.

@@ -23,6 +23,14 @@ pub(crate) struct SeenEmission {
     pub rays: u64,
 }
 
+/// Direct light as it is after smoothing.
+pub(crate) struct SmoothLight {
+    /// Sums over the camera rays of each half.
+    pub direct: [DVec3; 2],
+    /// Squared error of what the pixel shows.
+    pub variance: DVec3,
+}
+
 /// Sums of light over the camera rays of a pixel, of each half.
 #[derive(Default)]
 pub(crate) struct PixelLight {
@@ -36,6 +44,8 @@ pub(crate) struct PixelLight {
     pub lit: [DVec3; 2],
     /// What that lacks to the mean reflectance, by surfaces with textures.
     pub textured: Vec<(SurfaceKey, TexturedLight)>,
+    /// What stands for direct light where that is smoothed.
+    pub smooth: Option<Box<SmoothLight>>,
     /// Indirect light: what the patches themselves receive, until it is gathered.
     pub ambient: [DVec3; 2],
     /// Each emitter's part of direct light; empty where they are not kept apart.
@@ -59,7 +69,7 @@ impl PixelLight {
     /// All light of each half of so many camera rays, of which what is emitted counts no more than `most` a ray.
     pub(crate) fn halves(&self, count: u32, most: f64) -> [DVec3; 2] {
         let (emission, most) = (self.emission(count), DVec3::splat(most * f64::from(count)));
-        let direct = self.direct();
+        let direct = self.shown_direct();
         [0, 1].map(|half| emission[half].min(most) + direct[half] + self.ambient[half])
     }
 
@@ -89,7 +99,12 @@ impl PixelLight {
         &mut self.textured[k].1
     }
 
-    /// Direct light of each half, sums over its camera rays.
+    /// Direct light of each half as the picture shows it, sums over its camera rays.
+    pub(crate) fn shown_direct(&self) -> [DVec3; 2] {
+        self.smooth.as_ref().map_or_else(|| self.direct(), |smooth| smooth.direct)
+    }
+
+    /// Direct light of each half that its own rays found, sums over them.
     pub(crate) fn direct(&self) -> [DVec3; 2] {
         let due = |half: usize| self.textured.iter().map(|(_, light)| light.due(half)).sum::<DVec3>();
         [0, 1].map(|half| self.lit[half] + due(half))

@@ -101,15 +101,14 @@ impl IndirectLight {
         let variance = |k: usize| own(k).map_or(DVec3::ZERO, |p| p.variance);
         let picture = |value: &dyn Fn(usize) -> DVec3| drawn(view, value);
         let field = |f: usize| picture(&|k| own(k).map_or(DVec3::ZERO, |p| p.fields[f].as_dvec3()));
-        let own_variance = |pixel: &Pixel| pixel.variance(pixel.halves()) + pixel.outline_variance();
-        let deviation = |k: usize| (own_variance(&pixels[k]) + variance(k)).map(f64::sqrt);
+        let deviation = |k: usize| (pixels[k].shown_variance() + variance(k)).map(f64::sqrt);
         let cast: f64 = pixels.iter().map(Pixel::camera).sum();
         let rays: u64 = pixels.iter().map(|p| p.met.rays).sum();
         let reflecting: u64 = pixels.iter().map(|p| u64::from(p.met.reflecting)).sum();
         let backs: u64 = pixels.iter().map(|p| u64::from(p.met.backs)).sum();
         Gathered {
             emission: picture(&|k| pixels[k].mean_emission()),
-            direct: picture(&|k| whole(pixels[k].light.direct()) / pixels[k].camera()),
+            direct: picture(&|k| whole(pixels[k].light.shown_direct()) / pixels[k].camera()),
             indirect: (0..fields.count()).map(field).collect(),
             standard_error: picture(&deviation),
             error: self.error(pixels),
@@ -161,7 +160,7 @@ impl IndirectLight {
         };
         let bounce = |n: usize| match n {
             0 => layer(&|k| pixels[k].light.emission(pixels[k].count), &nothing, None),
-            1 => layer(&nothing, &|k| pixels[k].light.direct(), Some(fields.emitters)),
+            1 => layer(&nothing, &|k| pixels[k].light.shown_direct(), Some(fields.emitters)),
             _ => layer(&nothing, &nothing, Some(fields.emitters + n - 1)),
         };
         let bounces = if fields.bounces > 0 { fields.bounces + 1 } else { 0 };
