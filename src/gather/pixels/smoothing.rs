@@ -325,7 +325,7 @@ mod tests {
     use crate::reading::patch_light::Fields;
     use crate::reading::view::{View, lights_of};
 
-    const SIDE: usize = 96;
+    const SIDE: usize = 192;
 
     /// Calls `test` with the pixels of the Cornell box, what they show, shadows and all, and what smooths it.
     fn with_pixels(test: &mut dyn FnMut(&CameraRays, Vec<Pixel>, Vec<DVec3>)) {
@@ -333,7 +333,7 @@ mod tests {
         let view = View::new(&lights, (SIDE, SIDE).into());
         let fields = Fields::new(&[vec![Rgb::ZERO; view.patches.len()]]);
         let rays = CameraRays::new(&view, &fields, &CameraSampling { tabled: 64, visibility: 1, seed: 0 });
-        let pixels = sample_pixels(&rays, &Plan { first: 16, noise: None, limit: Limit::NONE, nearing: NOBODY });
+        let pixels = sample_pixels(&rays, &Plan { first: 4, noise: None, limit: Limit::NONE, nearing: NOBODY });
         let shown = |pixel: &Pixel| pixel.light.direct().into_iter().sum::<DVec3>() / pixel.camera();
         let truth = pixels.iter().map(shown).collect();
         test(&rays, pixels, truth);
