@@ -16,7 +16,7 @@ use crate::form_factors::{Estimate, Method};
 use crate::gather::irradiance::Irradiance;
 use crate::gather::pixels::pixel::{Met, Pixel, SmallFace};
 use crate::gather::pixels::pixel_layer::{Layer, SurfaceKey};
-use crate::gather::pixels::pixel_light::{PixelLight, SeenEmission};
+use crate::gather::pixels::pixel_light::{PixelLight, SeenEmission, SmoothLight};
 use crate::gather::pixels::pixel_noise::{Basis, PixelNoise};
 use crate::gather::pixels::pixel_texture::{Footprint, PixelTexture};
 use crate::gather::pixels::textured_light::{HalfLight, TexturedLight};
@@ -90,10 +90,11 @@ structs! {
     Irradiance { direct, fields, total, squared_error, rays }
     SmallFace { share, light }
     SurfaceKey { plane, side, material }
-    Layer { key, first, count, sum, reflected, origins }
+    Layer { key, first, count, sum, reflected, lit, origins }
     Footprint { key, face, rho, extent }
     SeenEmission { value, variance, doubt, is_rare, emitters, rays }
-    PixelLight { emitted, glows, outline, lit, textured, ambient, emitters }
+    SmoothLight { direct, variance }
+    PixelLight { emitted, glows, outline, lit, textured, smooth, ambient, emitters }
     TexturedLight { halves }
     HalfLight { count, light, off }
     Met { emitting, reflecting, backs, rays, reach }

@@ -203,6 +203,7 @@ fn undersampled(pixels: &[Pixel]) -> Vec<u32> {
 fn resample(camera_rays: &CameraRays, pixels: &mut [Pixel], few: &[u32]) {
     let bright = measure(pixels).bright();
     let resampled_counts = resampled_counts(pixels);
+    few.iter().for_each(|&k| pixels[k as usize].light.smooth = None);
     let before: Vec<_> = few.iter().map(|&k| pixels[k as usize].sums_below(bright)).collect();
     let count = |pixel: &Pixel| pixel.count << (resampled_counts(pixel) / pixel.count).ilog2();
     extend(camera_rays, pixels, few, count);
@@ -217,6 +218,7 @@ fn resample(camera_rays: &CameraRays, pixels: &mut [Pixel], few: &[u32]) {
 fn extend(camera_rays: &CameraRays, pixels: &mut [Pixel], some: &[u32], count: impl Fn(&Pixel) -> u32 + Sync) {
     let mut chosen: Vec<Pixel> = some.iter().map(|&k| std::mem::take(&mut pixels[k as usize])).collect();
     let extend = |scratch: &mut PixelScratch, i: usize, pixel: &mut Pixel| {
+        pixel.light.smooth = None;
         let count = count(pixel);
         while pixel.count < count {
             camera_rays.extend(some[i] as usize, pixel, 2 * pixel.count, scratch);
