@@ -136,19 +136,24 @@ impl IndirectLight {
             let of_field = |k: usize| field.map_or([DVec3::ZERO; 2], |f| indirect(k, f));
             let reflected = |k: usize| added(direct(k), of_field(k));
             let all = |k: usize| added(glow(k), reflected(k));
+            // Halves that were smoothed alike may be off alike.
+            let smoothed = |k: usize| pixels[k].light.smooth.as_ref().filter(|smooth| smooth.direct == direct(k));
+            let variance = |k: usize, halves: [DVec3; 2]| {
+                pixels[k].variance(halves).max(smoothed(k).map_or(DVec3::ZERO, |smooth| smooth.variance))
+            };
             let (mut squares, mut noise, mut count) = (0.0, 0.0, 0.0);
             for (k, pixel) in pixels.iter().enumerate() {
                 let light = |halves: [DVec3; 2]| (whole(halves) / pixel.camera()).length_squared();
                 count += pixel.weight();
                 squares += pixel.weight() * light(reflected(k));
-                let own = pixel.variance(reflected(k)).element_sum();
+                let own = variance(k, reflected(k)).element_sum();
                 noise += pixel.weight() * (own + fit * light(of_field(k)));
             }
             let rms = |sum: f64| (sum / (3.0 * f64::max(count, 1.0))).sqrt();
             GatheredLayer {
                 picture: drawn(view, |k| whole(all(k)) / pixels[k].camera()),
                 half: drawn(view, |k| difference(all(k)) / pixels[k].camera()),
-                standard_error: drawn(view, |k| pixels[k].variance(all(k)).map(f64::sqrt)),
+                standard_error: drawn(view, |k| variance(k, all(k)).map(f64::sqrt)),
                 rms: rms(squares),
                 noise: rms(noise),
             }
