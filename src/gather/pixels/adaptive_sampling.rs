@@ -94,9 +94,13 @@ pub(crate) fn refine(
 ) {
     let Some(noise) = plan.noise else { return };
     // Each round doubles the rays of some pixel, of which none gets more than [`MOST_RAYS`].
-    let mut pays = true;
+    // Smoothing that did not pay is not tried again.
+    let is_smooth = |pixels: &[Pixel]| pixels.iter().any(|pixel| pixel.light.smooth.is_some());
+    let mut pays = is_smooth(pixels) || pixels.iter().all(|pixel| pixel.count == plan.first);
     loop {
-        pays = pays && smooth(camera_rays, pixels);
+        if pays && (is_smooth(pixels) || is_noisy(pixels, noise)) {
+            pays = smooth(camera_rays, pixels);
+        }
         let next = if plan.limit.is_over(rays(pixels)) {
             Next::Enough
         } else {
@@ -115,6 +119,12 @@ pub(crate) fn refine(
         };
         cast(pixels, &extended);
     }
+}
+
+/// Whether pixels are noisier than requested.
+fn is_noisy(pixels: &[Pixel], noise: f64) -> bool {
+    let measured = measure(pixels);
+    measured.variance + outlines(pixels) > noise * noise * measured.signal
 }
 
 /// The next step.
