@@ -3,10 +3,10 @@
 //! Each half of a pixel's camera rays measures the light D that arrives on each surface that the pixel shows, with
 //! noise. D is averaged over surfaces of the same material, side and normal by level after level of a 3×3 binomial
 //! kernel with holes (à trous: M. Holschneider et al., *A real-time algorithm for signal analysis with the help of the
-//! wavelet transform*, 1989; over surfaces: H. Dammertz et al., *Edge-avoiding à-trous wavelet transform for fast global
-//! illumination filtering*, 2010), and reflected by the pixel's own reflectance and share again. Shadows stay as sharp
-//! as the rays know them: how far a half A is smoothed at a pixel k is the level s that comes nearest to what half B
-//! shows around it,
+//! wavelet transform*, 1989; over surfaces: H. Dammertz et al., *Edge-avoiding à-trous wavelet transform for fast
+//! global illumination filtering*, 2010), and reflected by the pixel's own reflectance and share again. Shadows stay as
+//! sharp as the rays know them: how far a half A is smoothed at a pixel k is the level s that comes nearest to what
+//! half B shows around it,
 //!
 //! ```text
 //! s_A(k) = argmin over s of   sum over pixels j around k, j /= k, of   |D_A^s(j) - B(j)|²
