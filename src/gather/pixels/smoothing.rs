@@ -20,7 +20,7 @@
 //! three quarters of the variance nothing is smoothed, and no more tried.
 //!
 //! Worth: at 640×360 in a room with a dozen luminaires four camera rays a pixel leave 11.1 % of noise, and 4.5 % when
-//! smoothed (4.4 stated), and a picture takes half the time at 5 and at 2 %; 0.8 of it at 5 % in a room with thin things
+//! smoothed (4.4 stated), and a picture takes half the time at 5 and at 2 %; 0.8 of it at 5 % in one with thin things
 //! before windows (docs/validation.md, Rooms that other people modelled).
 //!
 //! Not handled: pixels that show luminaires or highlights, which keep their own light; emitters that are kept apart.
