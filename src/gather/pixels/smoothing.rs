@@ -330,7 +330,7 @@ mod tests {
     const SIDE: usize = 192;
 
     /// Calls `test` with the pixels of the Cornell box, what they show, shadows and all, and what smooths it.
-    fn with_pixels(test: &mut dyn FnMut(&CameraRays, Vec<Pixel>, Vec<DVec3>)) {
+    fn with_pixels(test: impl FnOnce(&CameraRays, Vec<Pixel>, Vec<DVec3>)) {
         let lights = lights_of("cornell-box", Mode::OneBounce.transport(), 200);
         let view = View::new(&lights, (SIDE, SIDE).into());
         let fields = Fields::new(&[vec![Rgb::ZERO; view.patches.len()]]);
@@ -370,7 +370,7 @@ mod tests {
     /// mean of several pictures no less than is true.
     #[test]
     fn what_smoothing_leaves_is_stated() {
-        with_pixels(&mut |rays, mut pixels, truth| {
+        with_pixels(|rays, mut pixels, truth| {
             for noise in [0.2, 0.5] {
                 let (mut random, mut sums) = (Stream::new(3), [0.0; 3]);
                 for _ in 0..4 {
@@ -389,7 +389,7 @@ mod tests {
     /// Light without noise needs no smoothing.
     #[test]
     fn light_without_noise_stays_as_it_is() {
-        with_pixels(&mut |rays, mut pixels, truth| {
+        with_pixels(|rays, mut pixels, truth| {
             set_light(&mut pixels, &truth, 0.0, &mut Stream::new(0));
             assert!(!smooth(rays, &mut pixels));
             assert!(pixels.iter().all(|pixel| pixel.light.smooth.is_none()));
