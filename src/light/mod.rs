@@ -23,10 +23,16 @@ pub mod shares;
 pub use gloss::Gloss;
 pub use mode::{Mode, Transport, TransportError, nothing_passes};
 
+use glam::DVec3;
 use nalgebra::Matrix2;
 
 /// Radiance, reflectance or emission of the three channels red, green, blue.
 pub type Rgb = glam::Vec3;
+
+/// Quotients channel by channel; 0 where `whole` is none.
+pub(crate) fn over(part: DVec3, whole: DVec3) -> DVec3 {
+    DVec3::select(whole.cmpgt(DVec3::ZERO), part / whole.max(DVec3::splat(f64::MIN_POSITIVE)), DVec3::ZERO)
+}
 
 /// Light of one point or patch: `(L_invisible, L_visible)`, each an RGB radiance in W/(m² sr); six numbers in memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

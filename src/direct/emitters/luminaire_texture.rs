@@ -13,8 +13,8 @@ use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::direct::emitters::emission_tree::{EmissionMoments, EmissionTree, EmittingPart};
-use crate::light::Rgb;
 use crate::light::shares::Shares;
+use crate::light::{Rgb, over};
 use crate::scene::Scene;
 use crate::scene::textures::Texture;
 
@@ -151,7 +151,7 @@ impl EmissionTexture {
 
     /// Emission over its mean.
     fn over_mean(&self, own: DVec3) -> DVec3 {
-        DVec3::select(self.mean.cmpgt(DVec3::ZERO), own / self.mean.max(DVec3::splat(f64::MIN_POSITIVE)), DVec3::ZERO)
+        over(own, self.mean)
     }
 }
 

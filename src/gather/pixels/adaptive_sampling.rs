@@ -3,7 +3,8 @@
 //! All pixels get a few rays in two independent halves; the squared difference of the halves estimates each pixel's
 //! variance, pooled with its neighbours, as edges continue from pixel to pixel. Then, until the picture's noise is as
 //! requested, the pixels where doubling the rays gains most for its price get twice as many: with scrambled nets the
-//! error at an edge falls as about N^-3/4, the variance as N^-3/2.
+//! error at an edge falls as about N^-3/4, the variance as N^-3/2. Direct light is smoothed before each choice where
+//! that pays ([`smooth`]), and pixels then count by what it leaves.
 //!
 //! Halves that both miss a detail agree, so choosing pixels by their own variance is biased. Therefore pixels are
 //! *resampled*: all that have few rays get twice as many whatever their variance, which is then estimated from the new
@@ -30,6 +31,7 @@ use crate::gather::pixels::outlines::measure_outlines;
 use crate::gather::pixels::pixel::{Pixel, rays};
 use crate::gather::pixels::small_faces::find_small_faces;
 use crate::gather::pixels::smoothing::smooth;
+use crate::gather::pixels::window::window;
 use crate::gather::sampling::Limit;
 use crate::light::budget::OUTLINES;
 
@@ -93,10 +95,10 @@ pub(crate) fn refine(
     mut cast: impl FnMut(&mut [Pixel], &[u32]),
 ) {
     let Some(noise) = plan.noise else { return };
-    // Each round doubles the rays of some pixel, of which none gets more than [`MOST_RAYS`].
     // Smoothing that did not pay is not tried again.
     let is_smooth = |pixels: &[Pixel]| pixels.iter().any(|pixel| pixel.light.smooth.is_some());
     let mut pays = is_smooth(pixels) || pixels.iter().all(|pixel| pixel.count == plan.first);
+    // Each round doubles the rays of some pixel, of which none gets more than [`MOST_RAYS`].
     loop {
         if pays && (is_smooth(pixels) || is_noisy(pixels, noise)) {
             pays = smooth(camera_rays, pixels);
@@ -164,7 +166,6 @@ fn next(pixels: &mut [Pixel], width: usize, noise: f64, nearing: &Nearing) -> Ne
 
 /// The pixels that have fewer rays than [`RELIABLE`] times their own or a neighbour's share of the squared picture.
 fn dominant(pixels: &[Pixel], width: usize, measured: &Measured) -> Vec<u32> {
-    let height = pixels.len() / width.max(1);
     let few = |k: usize, rays: f64| pixels[k].count > 0 && pixels[k].count < MOST_RAYS && pixels[k].camera() < rays;
     let mut chosen = Vec::new();
     for (k, pixel) in pixels.iter().enumerate() {
@@ -172,9 +173,7 @@ fn dominant(pixels: &[Pixel], width: usize, measured: &Measured) -> Vec<u32> {
         if rays <= 2.0 {
             continue;
         }
-        let around = |p: usize, length: usize| p.saturating_sub(1)..(p + 2).min(length);
-        let rows = around(k / width, height);
-        let all = rows.flat_map(|y| around(k % width, width).map(move |x| y * width + x));
+        let all = window(k, 1, width, pixels.len());
         chosen.extend(all.filter(|&j| few(j, rays)).map(|j| j as u32));
     }
     chosen.sort_unstable();
@@ -213,6 +212,7 @@ fn undersampled(pixels: &[Pixel]) -> Vec<u32> {
 fn resample(camera_rays: &CameraRays, pixels: &mut [Pixel], few: &[u32]) {
     let bright = measure(pixels).bright();
     let resampled_counts = resampled_counts(pixels);
+    // What the new rays alone show is the difference of sums that are all of rays.
     few.iter().for_each(|&k| pixels[k as usize].light.smooth = None);
     let before: Vec<_> = few.iter().map(|&k| pixels[k as usize].sums_below(bright)).collect();
     let count = |pixel: &Pixel| pixel.count << (resampled_counts(pixel) / pixel.count).ilog2();
@@ -362,11 +362,8 @@ pub(crate) fn variances(pixels: &[Pixel], means: &[DVec3], width: usize) -> Vec<
     };
     let bends: Vec<f64> = (0..pixels.len()).into_par_iter().map(bends).collect();
     let around = |k: usize| {
-        let (x, y) = (k % width, k / width);
-        let columns = x.saturating_sub(POOL)..(x + POOL + 1).min(width);
-        let rows = y.saturating_sub(POOL)..(y + POOL + 1).min(height);
-        let pool = || rows.clone().flat_map(|y| columns.clone().map(move |x| y * width + x));
-        let n = (columns.len() * rows.len()) as f64;
+        let pool = || window(k, POOL, width, pixels.len());
+        let n = pool().count() as f64;
         let difference = |j: usize| match j == k {
             true => pixels[j].noise.predicted,
             // A small face is in one pixel.

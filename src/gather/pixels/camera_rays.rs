@@ -283,8 +283,10 @@ impl<'a> CameraRays<'a> {
         if let Some(mean) = mean {
             pixel.light.textured(key).add(ray.half, own, mean - rho);
         }
-        pixel.layer(key, receiver).add(ray.half, &receiver, share * typical, typical * own.total());
+        let layer = pixel.layer(key, receiver);
+        layer.add(ray.half, &receiver, share * typical, typical * own.total());
         if !self.dark {
+            layer.keep(ray.half, receiver);
             pixel.light.ambient[ray.half] += share * typical * self.fields.ambient(patch).as_dvec3();
         }
         emits

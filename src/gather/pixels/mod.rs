@@ -13,3 +13,4 @@ pub(crate) mod projection;
 pub(crate) mod small_faces;
 pub(crate) mod smoothing;
 pub(crate) mod textured_light;
+pub(crate) mod window;

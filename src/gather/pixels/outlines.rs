@@ -32,6 +32,7 @@ use crate::gather::pixels::camera_rays::CameraRays;
 use crate::gather::pixels::pixel::{Pixel, rays};
 use crate::gather::pixels::pixel_light::SeenEmission;
 use crate::gather::pixels::projection::{Projection, within};
+use crate::gather::pixels::window::window;
 use crate::gather::sampling::Limit;
 use crate::light::budget::OUTLINES;
 use crate::rays::Side;
@@ -199,13 +200,7 @@ fn outlines(view: &View, faces: &[(u32, [DVec2; 3])]) -> Vec<[DVec2; 2]> {
 
 /// The pixels that are marked, and those next to them.
 fn beside(marked: &[bool], width: usize) -> Vec<bool> {
-    let around = |k: usize, length: usize| k.saturating_sub(1)..(k + 2).min(length);
-    let (columns, rows) = (width.max(1), marked.len() / width.max(1));
-    let is_beside = |k: usize| {
-        let mut all =
-            around(k / columns, rows).flat_map(|y| around(k % columns, columns).map(move |x| y * columns + x));
-        all.any(|j| marked[j])
-    };
+    let is_beside = |k: usize| window(k, 1, width, marked.len()).any(|j| marked[j]);
     (0..marked.len()).map(is_beside).collect()
 }
 

@@ -1,4 +1,4 @@
-//! One surface that a pixel sees, where indirect light is interpolated.
+//! One surface that a pixel sees, where indirect light is interpolated and direct light smoothed.
 //!
 //! Facets of a bent surface join where their normals nearly agree. Not handled: depth within a pixel beyond that of the
 //! points kept.
@@ -54,9 +54,6 @@ impl Layer {
 
     /// Adds one camera ray of a half, the reflectance where it ended, and direct light times that.
     pub(crate) fn add(&mut self, half: usize, seen: &SurfacePoint, rho: DVec3, lit: DVec3) {
-        if self.origins[half].len() < ORIGINS {
-            self.start(half, *seen);
-        }
         self.count[half] += 1;
         self.sum[half] += seen.position.as_dvec3();
         self.reflected[half] += rho;
@@ -80,6 +77,13 @@ impl Layer {
         match &self.origins[half][..] {
             [] => &self.origins[1 - half],
             own => own,
+        }
+    }
+
+    /// Adds a point seen by a camera ray of a half, of which the first ones are kept for hemisphere rays to start from.
+    pub(crate) fn keep(&mut self, half: usize, seen: SurfacePoint) {
+        if self.origins[half].len() < ORIGINS {
+            self.start(half, seen);
         }
     }
 

@@ -15,7 +15,7 @@ use glam::{DVec2, DVec3, UVec2, Vec3};
 
 use crate::gather::pixels::pixel_cell::cells_to_a_side;
 use crate::gather::pixels::pixel_layer::{Layer, SurfaceKey};
-use crate::light::Rgb;
+use crate::light::{Rgb, over};
 use crate::rays::{Hit, Side};
 use crate::reading::view::View;
 use crate::scene::Scene;
@@ -88,9 +88,7 @@ impl PixelTexture {
     /// Ratio of the mean reflectance to that of another pixel of the same surface; 1 for different ones.
     pub(crate) fn over(&self, other: &PixelTexture) -> DVec3 {
         match (self, other) {
-            (PixelTexture::One(own), PixelTexture::One(other)) if own.key == other.key => {
-                DVec3::select(other.rho.cmpgt(DVec3::ZERO), own.rho / other.rho, DVec3::ZERO)
-            }
+            (PixelTexture::One(own), PixelTexture::One(other)) if own.key == other.key => over(own.rho, other.rho),
             _ => DVec3::ONE,
         }
     }
