@@ -108,7 +108,7 @@ impl Scene {
     /// Corner points in the file's units, those of faces that have a place.
     fn vertices<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         let scene = &self.scene;
-        let count = scene.vertices.len() - if scene.sky.is_some() { 6 } else { 0 };
+        let count = scene.vertices.len() - 3 * scene.sky.as_ref().map_or(0, |sky| sky.cells() as usize);
         let points: Vec<[f64; 3]> =
             scene.vertices[..count].iter().map(|v| scene.frame.to_file(v.as_dvec3()).to_array()).collect();
         PyArray2::from_owned_array(py, numbers(&points))

@@ -34,12 +34,12 @@ mod unit;
 pub use bounds::{Bounds, Coordinates};
 pub use build::{GivenFace, SceneArrays};
 pub(crate) use coincident::planes;
-pub use emission::{Emitters, MOST_EMITTERS, SkyLight};
+pub use emission::{Emitters, MOST_EMITTERS, RadianceMatrix, Sky, SkyLight, SkyPatches, SkyRow};
 pub use error::{About, Effect, Place, SceneError, ViewError, Warning};
 pub use load::is_scene_file;
 pub use model::{
     AddedLight, Camera, DEFAULT_FOV, DEFAULT_GREY, DEFAULT_RHO, Face, LoadOptions, Material, NO_MATERIAL, NamedCamera,
-    Scene, Sides, Sky, UnitFrame, Winding,
+    Scene, Sides, UnitFrame, Winding,
 };
 pub use polygon::THINNEST;
 pub use punctual::photometry::{DrawnDirection, EFFICACY, Photometry};

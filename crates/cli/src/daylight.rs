@@ -43,7 +43,7 @@ pub struct DaylightArguments {
     /// The direction upwards: x, y, z, or three numbers [default: the scene file's sky, or y]
     #[arg(long, value_name = "AXIS", value_parser = axis)]
     pub up: Option<DVec3>,
-    /// The direction to the north [default: -z where y is up, y where z is up]
+    /// The direction to the north [default: the scene file's sky, or -z where y is up, y where z is up]
     #[arg(long, value_name = "AXIS", value_parser = axis)]
     pub north: Option<DVec3>,
     /// Reflectance of the ground that lies below the horizon
@@ -123,8 +123,9 @@ fn occupied(text: &str) -> Result<Occupied, String> {
 
 impl DaylightArguments {
     fn compass(&self, scene: &Scene) -> Result<Compass, CliError> {
-        let up = self.up.or_else(|| scene.sky.map(|sky| sky.up.as_dvec3())).unwrap_or(DVec3::Y);
-        let found = match self.north {
+        let own = scene.sky.as_ref().filter(|_| self.up.is_none());
+        let up = self.up.or_else(|| own.map(|sky| sky.up.as_dvec3())).unwrap_or(DVec3::Y);
+        let found = match self.north.or_else(|| own.map(|sky| sky.north.as_dvec3())) {
             None => Compass::of_up(up),
             Some(north) => Compass::new(up, north),
         };

@@ -37,7 +37,7 @@ pub use coefficients::{Coefficients, DaylightGoal, Way, coefficients};
 pub use division::{Compass, Division, OPEN, SkyPatch, direction};
 pub use error::DaylightError;
 pub use files::{DaylightFiles, DaylightReport, write_daylight};
-pub use matrix_file::Matrix;
+pub use matrix_file::{read_matrix, write_matrix};
 pub use perez::{Daylight, Measured, perez};
 pub use sky::{RADIANCE_EFFICACY, STANDARD, Skies, Sky, SkyTime, Standard, Sun};
 pub use sun::{DIAMETER, Location, SunPlace, day_of_year, sun_at};

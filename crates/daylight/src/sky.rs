@@ -15,10 +15,11 @@
 use std::path::Path;
 
 use glam::DVec3;
+use halflight::scene::RadianceMatrix;
 
 use crate::division::{Division, OPEN};
 use crate::error::DaylightError;
-use crate::matrix_file::Matrix;
+use crate::matrix_file::read_matrix;
 use crate::perez::{Measured, perez};
 use crate::sun::SunPlace;
 use crate::weather::Weather;
@@ -124,7 +125,7 @@ impl Skies {
     ///
     /// A file that cannot be read, or has other rows.
     pub fn read_matrix(path: &Path, division: Division) -> Result<Skies, DaylightError> {
-        let Matrix { rows, columns, values } = Matrix::read(path)?;
+        let RadianceMatrix { rows, columns, values } = read_matrix(path)?;
         if rows != division.columns() {
             let message = format!("has {rows} rows; MF:{} has {} columns", division.fineness(), division.columns());
             return Err(DaylightError::Matrix { file: path.display().to_string(), message });

@@ -4,13 +4,14 @@
 //! An example with every key is in docs/commands.md. Unknown keys are errors. Values keep their places in the text,
 //! which [`Text`] turns into lines. Only place for `toml`.
 //!
-//! Luminaires by LM-63 hang along the scene's `up`, and the sky's halves lie above and below; where only the camera has
-//! one, that counts for both. `1/d²` of lights is in metres; an `attenuation` that is given is in the file's units.
+//! Luminaires by LM-63 hang along the scene's `up`, and the sky's zenith lies there; where only the camera has one, that
+//! counts for both. `1/d²` of lights is in metres; an `attenuation` that is given is in the file's units.
 //!
 //! Not handled: geometry, which is the OBJ's or the glTF's.
 
 use crate::scene::soup::Reader;
 mod lm63;
+mod sky_table;
 
 use std::collections::{BTreeMap, HashMap};
 use std::fmt::Debug;
@@ -23,11 +24,11 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use crate::light::{Mode, Rgb, Transport, TransportError, Visibility};
-use crate::scene::emission::SkyLight;
 use crate::scene::error::{About, Effect, Place, SceneError, ViewError, list, shorten};
 use crate::scene::model::{Camera, DEFAULT_FOV, Material, Scene, Sides};
 use crate::scene::punctual::{Beam, PunctualForm, PunctualLight, PunctualPlace};
 use crate::scene::scene_file::lm63::Mounting;
+use crate::scene::scene_file::sky_table::SkyTable;
 use crate::scene::soup::{Soup, check_emission, outside_f32};
 use crate::scene::unit::LengthUnit;
 
@@ -105,14 +106,6 @@ enum LightType {
     Warn,
     Directional,
     Ies,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct SkyTable {
-    radiance: Given<[f64; 3]>,
-    upper: Given<[f64; 3]>,
-    lower: Given<[f64; 3]>,
 }
 
 impl Text<'_> {
@@ -274,19 +267,19 @@ impl SceneFile {
             scene.lights.push(read);
         }
         if let Some(sky) = &self.sky {
-            scene.set_sky(sky.light(text)?, up);
+            sky.put(text, (scene, up), reader)?;
         }
         let turned = self.turned_by_camera(text, up).map(|text| About::Light(Effect::Guessed).warning(text));
         scene.warnings.extend(turned);
         Ok(())
     }
 
-    /// Warns where the camera's `up` turns a sky of two halves or luminaires, and is none that a scene is built along.
+    /// Warns where the camera's `up` turns a sky that is not even or luminaires, and is none that a scene is built along.
     fn turned_by_camera(&self, text: &Text, up: DVec3) -> Option<String> {
         let is_usual = self.up.is_some() || [DVec3::Y, DVec3::Z].iter().any(|axis| up.distance(*axis) < 1e-3);
         let is_hung = |table: &Spanned<LightTable>| table.get_ref().hangs_down();
-        let is_halved = self.sky.as_ref().is_some_and(|sky| sky.radiance.is_none());
-        if is_usual || !(is_halved || self.lights.iter().any(is_hung)) {
+        let is_uneven = self.sky.as_ref().is_some_and(|sky| !sky.is_even());
+        if is_usual || !(is_uneven || self.lights.iter().any(is_hung)) {
             return None;
         }
         let place = text.place(self.camera.as_ref().map_or(0..0, Spanned::span));
@@ -467,20 +460,4 @@ fn given<T, U: Default>(
 
 fn is_weight(number: f64) -> bool {
     (0.0..f64::INFINITY).contains(&number)
-}
-
-impl SkyTable {
-    /// The radiance of both halves; black where none is given.
-    fn light(&self, text: &Text) -> Result<SkyLight, SceneError> {
-        let half = |key, given: &Given<[f64; 3]>| text.light("the sky", key, given.as_ref());
-        let Some(both) = &self.radiance else {
-            return Ok(SkyLight { upper: half("upper", &self.upper)?, lower: half("lower", &self.lower)? });
-        };
-        if self.upper.is_some() || self.lower.is_some() {
-            let twice = "`radiance` and `upper` or `lower` of the sky are given together";
-            return Err(text.error(both.span(), twice));
-        }
-        let radiance = text.light("the sky", "radiance", Some(both))?;
-        Ok(SkyLight { upper: radiance, lower: radiance })
-    }
 }
