@@ -12,6 +12,7 @@
 //! Sources: ISO 15469:2004 (CIE S 011), types 1 and 12 in the form of CIE 110-1994; weather by [`crate::perez()`]. Not
 //! handled: coloured skies.
 
+use std::fmt;
 use std::path::Path;
 
 use glam::DVec3;
@@ -40,6 +41,13 @@ pub struct SkyTime {
     pub day: usize,
     /// Standard time.
     pub hour: f64,
+}
+
+impl fmt::Display for SkyTime {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let minutes = (60.0 * self.hour).round() as usize;
+        write!(f, "{:02}-{:02} {:02}:{:02}", self.month, self.day, minutes / 60, minutes % 60)
+    }
 }
 
 /// The sun of a time.

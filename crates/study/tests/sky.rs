@@ -337,7 +337,7 @@ fn read(sky: &str) -> Result<Scene, SceneError> {
 fn a_scene_file_has_a_sky() {
     let scene = read("upper = [1, 2, 3]").expect("a correct scene");
     scene.require_emission().expect("light");
-    assert_eq!(scene.sky.expect("a sky").up, glam::Vec3::Z);
+    assert_eq!(scene.sky.as_ref().expect("a sky").up, glam::Vec3::Z);
     let [upper, lower] = [1, 2].map(|k| scene.materials[k].emission);
     assert_eq!((upper, lower), (Rgb::new(1.0, 2.0, 3.0), Rgb::ZERO));
     assert_eq!((scene.solid_faces(), scene.faces.len()), (2, 4));
