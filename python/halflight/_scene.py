@@ -411,6 +411,24 @@ class Scene(Fixed):
         """
         return Scene._of(_under_sky(self._held, radiance, lower, up), self._camera)
 
+    def with_sky_patches(
+        self, radiance: npt.ArrayLike, up: npt.ArrayLike = (0.0, 1.0, 0.0), north: npt.ArrayLike | None = None
+    ) -> Scene:
+        """The same scene under a sky of patches.
+
+        Parameters
+        ----------
+        radiance : (n,) or (n, 3) floats
+            Radiance of the ground and of each patch of Reinhart's MF:k, W/(m² sr), n = 2 + 144 k²: 146 (Tregenza),
+            578, and so on; from the horizon up, from north clockwise seen from above, the zenith last, as Radiance's
+            ``gendaymtx`` and ``hl.daylight`` have them.
+        up : (3,) floats
+            What is above.
+        north : (3,) floats, optional
+            Where the first patch of each row lies; -z where y is up and +y where z is.
+        """
+        return Scene._of(_under_patches(self._held, radiance, up, north), self._camera)
+
     # How it is shown, copied and kept.
 
     def __repr__(self) -> str:
@@ -490,10 +508,29 @@ def _given(name: str, value: Any, count: int, most: int, what: str) -> npt.NDArr
 def _under_sky(native: _native.Scene, radiance: Any, lower: Any = None, up: Any = (0.0, 1.0, 0.0)) -> _native.Scene:
     above = arguments.triple("sky", radiance, 0.0, 3e38)
     below = above if lower is None else arguments.triple("lower", lower, 0.0, 3e38)
-    axis = arguments.array("up", up, (3,))
+    return native.under_sky(above, below, _axis("up", up))
+
+
+def _under_patches(native: _native.Scene, radiance: Any, up: Any, north: Any) -> _native.Scene:
+    if np.ndim(radiance) == 1:
+        radiance = np.repeat(arguments.array("radiance", radiance, ("n",))[:, None], 3, axis=1)
+    light = arguments.array("radiance", radiance, ("n", 3))
+    if (light < 0).any() or (light > 3e38).any():
+        raise ValueError("radiance must be 0 or more, and below 3e38")
+    if len(light) not in [2 + 144 * k * k for k in range(1, 9)]:
+        raise ValueError(f"radiance must have 2 + 144 k² rows (146, 578, 1298, 2306 and so on), not {len(light)}")
+    axes = [_axis("up", up), None if north is None else _axis("north", north)]
+    found = native.under_patches(light.astype(np.float32).tolist(), *axes)
+    if found is None:
+        raise ValueError("north must not be along up")
+    return found
+
+
+def _axis(name: str, given: Any) -> list[float]:
+    axis = arguments.array(name, given, (3,))
     if not axis.any():
-        raise ValueError("up must not be zero")
-    return native.under_sky(above, below, [float(x) for x in axis / np.abs(axis).max()])
+        raise ValueError(f"{name} must not be zero")
+    return [float(x) for x in axis / np.abs(axis).max()]
 
 
 def _looked_at(native: _native.Scene, camera: Any) -> _native.Scene:

@@ -8,7 +8,7 @@ use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 use halflight::light::{Rgb, Visibility};
-use halflight::scene::{AddedLight, Camera, Emitters, LoadOptions, Sides, SkyLight, Winding, builtin};
+use halflight::scene::{AddedLight, Camera, Emitters, LoadOptions, Sides, Sky, SkyLight, SkyPatches, Winding, builtin};
 use halflight::{Solver, Transport};
 use halflight_export::{scene_from_bytes as of_bytes, scene_to_bytes};
 use numpy::ndarray::Array2;
@@ -207,6 +207,16 @@ impl Scene {
         let mut scene = (*self.scene).clone();
         scene.set_sky(SkyLight { upper: upper.into(), lower: lower.into() }, up.into());
         scene.into()
+    }
+
+    /// The same under a sky of patches in Radiance's order; none where they are of another number, or north is along up.
+    fn under_patches(&self, radiances: Vec<[f32; 3]>, up: [f64; 3], north: Option<[f64; 3]>) -> Option<Scene> {
+        let patches = SkyPatches::new(radiances.into_iter().map(Rgb::from).collect())?;
+        let up = DVec3::from(up);
+        let north = north.map_or_else(|| Some(Sky::usual_north(up)), |north| Sky::level(north.into(), up))?;
+        let mut scene = (*self.scene).clone();
+        scene.set_patched_sky(&patches, up, north);
+        Some(scene.into())
     }
 
     /// The same with other numbers of the material of a name; what is `None` stays.

@@ -45,9 +45,11 @@ impl SkyTable {
     /// The level unit vector to the north.
     fn north(&self, text: &Text, up: DVec3) -> Result<DVec3, SceneError> {
         let Some(given) = &self.north else { return Ok(Sky::usual_north(up)) };
-        let north = text.direction("north", given)?;
-        let needed = "a direction that is not along `up`, like [0, 0, -1] where y points up";
-        text.checked("north", given, needed, |_| Sky::level(north, up))
+        let north = text.vector("north", given)?;
+        Sky::level(north / north.abs().max_element(), up).ok_or_else(|| {
+            let message = format!("`north` of the sky is {north}, zero or along `up`: give a level direction");
+            text.error(given.span(), message)
+        })
     }
 
     fn patches(&self, text: &Text, patches: &Spanned<String>, reader: Reader) -> Result<SkyPatches, SceneError> {
