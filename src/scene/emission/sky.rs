@@ -41,7 +41,7 @@ impl Scene {
     /// Puts a sky of patches around the scene, or in the place of another one. `up` is not zero; `north` is level
     /// ([`Sky::level`]).
     pub fn set_patched_sky(&mut self, light: &SkyPatches, up: DVec3, north: DVec3) {
-        self.put_sky(Sky::reinhart(light.fineness()), [up, north], light.from_the_zenith());
+        self.put_sky(Sky::reinhart(light.fineness()), [up, north], light.zenith_first());
     }
 
     fn put_sky(&mut self, rows: Vec<SkyRow>, [up, north]: [DVec3; 2], light: impl IntoIterator<Item = Rgb>) {

@@ -36,7 +36,7 @@ impl SkyPatches {
     }
 
     /// The cap, then rows from the zenith down, the ground last.
-    pub(super) fn from_the_zenith(&self) -> impl Iterator<Item = Rgb> {
+    pub(super) fn zenith_first(&self) -> impl Iterator<Item = Rgb> {
         let rows = Sky::reinhart(self.n).into_iter().map(|row| row.cells as usize);
         let mut end = self.radiances.len();
         rows.flat_map(move |cells| {
@@ -118,7 +118,7 @@ mod tests {
     fn rows_are_turned_and_cells_are_not() {
         let text: String = (0..146).map(|k| format!("{k} 0 1e-3 # of a patch\n\n")).collect();
         let patches = SkyPatches::parse("sky.txt", text.as_bytes(), None).expect("patches");
-        let order: Vec<f32> = patches.from_the_zenith().map(|own| own.x).collect();
+        let order: Vec<f32> = patches.zenith_first().map(|own| own.x).collect();
         assert_eq!((order.len(), patches.fineness()), (146, 1));
         assert_eq!([order[0], order[1], order[6], order[7], order[115], order[145]], [145., 139., 144., 127., 1., 0.]);
     }
