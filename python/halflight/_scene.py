@@ -19,6 +19,7 @@ from halflight._fixed import Fixed
 from halflight._lights import Given, PointLight, SpotLight, SunLight
 from halflight._materials import Material
 from halflight._meshes import Mesh, joined, polygons, taken
+from halflight._sky import under_patches, under_sky
 
 __all__ = ["Arrays", "Scene", "cornell_box", "load", "native_of", "scenes"]
 
@@ -218,7 +219,7 @@ class Scene(Fixed):
     def _become(self, native: _native.Scene, camera: Camera | None = None, sky: Any = None) -> None:
         """Takes what it holds: a native scene, under another sky and behind another camera where they are given."""
         if sky is not None:
-            native = _under_sky(native, sky)
+            native = under_sky(native, sky)
         self._held = native if camera is None else _looked_at(native, camera)
         self._camera = camera
         self._fix()
@@ -409,7 +410,7 @@ class Scene(Fixed):
         up : (3,) floats
             What is above.
         """
-        return Scene._of(_under_sky(self._held, radiance, lower, up), self._camera)
+        return Scene._of(under_sky(self._held, radiance, lower, up), self._camera)
 
     def with_sky_patches(
         self, radiance: npt.ArrayLike, up: npt.ArrayLike = (0.0, 1.0, 0.0), north: npt.ArrayLike | None = None
@@ -427,7 +428,7 @@ class Scene(Fixed):
         north : (3,) floats, optional
             Where the first patch of each row lies; -z where y is up and +y where z is.
         """
-        return Scene._of(_under_patches(self._held, radiance, up, north), self._camera)
+        return Scene._of(under_patches(self._held, radiance, up, north), self._camera)
 
     # How it is shown, copied and kept.
 
@@ -503,34 +504,6 @@ def _given(name: str, value: Any, count: int, most: int, what: str) -> npt.NDArr
     if len(found) != count:
         raise ValueError(f"{name} must have the shape ({count},), one for each face, not {found.shape}")
     return found
-
-
-def _under_sky(native: _native.Scene, radiance: Any, lower: Any = None, up: Any = (0.0, 1.0, 0.0)) -> _native.Scene:
-    above = arguments.triple("sky", radiance, 0.0, 3e38)
-    below = above if lower is None else arguments.triple("lower", lower, 0.0, 3e38)
-    return native.under_sky(above, below, _axis("up", up))
-
-
-def _under_patches(native: _native.Scene, radiance: Any, up: Any, north: Any) -> _native.Scene:
-    if np.ndim(radiance) == 1:
-        radiance = np.repeat(arguments.array("radiance", radiance, ("n",))[:, None], 3, axis=1)
-    light = arguments.array("radiance", radiance, ("n", 3))
-    if (light < 0).any() or (light > 3e38).any():
-        raise ValueError("radiance must be 0 or more, and below 3e38")
-    if len(light) not in [2 + 144 * k * k for k in range(1, 9)]:
-        raise ValueError(f"radiance must have 2 + 144 k² rows (146, 578, 1298, 2306 and so on), not {len(light)}")
-    axes = [_axis("up", up), None if north is None else _axis("north", north)]
-    found = native.under_patches(light.astype(np.float32).tolist(), *axes)
-    if found is None:
-        raise ValueError("north must not be along up")
-    return found
-
-
-def _axis(name: str, given: Any) -> list[float]:
-    axis = arguments.array(name, given, (3,))
-    if not axis.any():
-        raise ValueError(f"{name} must not be zero")
-    return [float(x) for x in axis / np.abs(axis).max()]
 
 
 def _looked_at(native: _native.Scene, camera: Any) -> _native.Scene:

@@ -26,6 +26,7 @@ mod other_kinds;
 mod polygon;
 mod punctual;
 mod scene_file;
+mod sky_cells;
 mod soup;
 mod surface;
 pub mod textures;
@@ -34,7 +35,7 @@ mod unit;
 pub use bounds::{Bounds, Coordinates};
 pub use build::{GivenFace, SceneArrays};
 pub(crate) use coincident::planes;
-pub use emission::{Emitters, MOST_EMITTERS, RadianceMatrix, Sky, SkyLight, SkyPatches, SkyRow};
+pub use emission::{Emitters, MOST_EMITTERS, RadianceMatrix, SkyLight, SkyPatches};
 pub use error::{About, Effect, Place, SceneError, ViewError, Warning};
 pub use load::is_scene_file;
 pub use model::{
@@ -44,5 +45,6 @@ pub use model::{
 pub use polygon::THINNEST;
 pub use punctual::photometry::{DrawnDirection, EFFICACY, Photometry};
 pub use punctual::{Beam, PunctualForm, PunctualLight, PunctualPlace};
+pub use sky_cells::{Sky, SkyRow};
 pub use surface::Means;
 pub use unit::LengthUnit;

@@ -9,9 +9,9 @@ use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use crate::light::{Gloss, Light, Rgb, Transport, TransportError, Visibility};
 use crate::scene::bounds::Bounds;
-use crate::scene::emission::Sky;
 use crate::scene::error::Warning;
 use crate::scene::punctual::PunctualLight;
+use crate::scene::sky_cells::Sky;
 use crate::scene::textures::{Maps, Mask};
 use crate::scene::unit::LengthUnit;
 

@@ -27,8 +27,8 @@ pub struct DaylightArguments {
     /// cells of the scene's box, volume:XxYxZ
     #[arg(long, value_name = "FILE|GRID", required_unless_present = "sky_of")]
     pub points: Option<String>,
-    /// Write the sky of a time, like "06-21 12:00", or of a number from 1, and its sun as a scene file for pictures, and
-    /// nothing else
+    /// Write the sky of a time, like "06-21 12:00", or of a number from 1, and its sun as a scene file for pictures,
+    /// and nothing else
     #[arg(long, value_name = "TIME|N", value_parser = sky_of, requires = "sky", conflicts_with = "points")]
     pub sky_of: Option<SkyChoice>,
     /// A weather file (.epw, .wea), a matrix of skies (.mtx), or overcast, uniform, clear:ALTITUDE,AZIMUTH (CIE);

@@ -3,8 +3,8 @@
 //! Radiances are luminances over 683 lm/W in all channels alike, and the sun's irradiance of a plane that faces it its
 //! illuminance over the same, as luminaires by LM-63 are taken: `--lux` of the picture's points gives illuminance back.
 //!
-//! Not handled: colours; the sun's disc, whose shadows are sharp; scene files that have a sky already, to which lines are
-//! added by hand.
+//! Not handled: colours; the sun's disc, whose shadows are sharp; scenes that are scene files already, to which lines
+//! are added by hand.
 
 use std::fmt::Write as _;
 use std::path::{Component, Path, PathBuf};

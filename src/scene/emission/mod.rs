@@ -1,12 +1,10 @@
 //! What emits in a scene: the sky around it, and all emitters by name.
 
-mod cells;
 mod emitters;
 mod radiance_matrix;
 mod sky;
 mod sky_patches;
 
-pub use cells::{Sky, SkyRow};
 pub use emitters::{Emitters, MOST_EMITTERS};
 pub use radiance_matrix::RadianceMatrix;
 pub use sky::SkyLight;

@@ -13,9 +13,9 @@
 use glam::{DVec3, Vec3};
 
 use crate::light::Rgb;
-use crate::scene::emission::cells::{Sky, SkyRow};
 use crate::scene::emission::sky_patches::SkyPatches;
 use crate::scene::model::{Face, Material, Scene};
+use crate::scene::sky_cells::{Sky, SkyRow};
 
 /// The name of the object and of the materials of all cells.
 const NAME: &str = "sky";

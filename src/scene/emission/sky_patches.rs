@@ -2,16 +2,15 @@
 //!
 //! The first is the ground, all below the horizon; then rows of Reinhart's MF:n from the horizon up, each from north
 //! clockwise seen from above; the cap about the zenith comes last: 2 + 144 n² in all, 146 (Tregenza), 578, 1298, 2306.
-//! A file has a row `R G B` each, W/(m² sr); blank lines and what follows `#` do not count. One that begins with `#?` is a
-//! matrix of Radiance's, a column a time ([`RadianceMatrix`]).
+//! A file has a row `R G B` each, W/(m² sr); blank lines and what follows `#` do not count. One that begins with `#?`
+//! is a matrix of Radiance's, a column a time ([`RadianceMatrix`]).
 //!
 //! Not handled: other divisions of the sky, divisions of the ground.
 
 use crate::light::Rgb;
-use crate::scene::emission::cells::Sky;
 use crate::scene::emission::radiance_matrix::RadianceMatrix;
 use crate::scene::error::{Place, SceneError, shorten};
-use crate::scene::soup::outside_f32;
+use crate::scene::sky_cells::Sky;
 
 /// Radiance of each patch of a sky, W/(m² sr).
 #[derive(Clone, Debug, PartialEq)]
@@ -22,8 +21,8 @@ pub struct SkyPatches {
 }
 
 impl SkyPatches {
-    /// Patches in Radiance's order; none unless there are 2 + 144 n², n from 1 to [`Sky::FINEST`], and all radiances are
-    /// finite and not negative.
+    /// Patches in Radiance's order; none unless there are 2 + 144 n², n from 1 to [`Sky::FINEST`], and all radiances
+    /// are finite and not negative.
     pub fn new(radiances: Vec<Rgb>) -> Option<SkyPatches> {
         let n = (1..=Sky::FINEST).find(|n| radiances.len() as u32 == 2 + 144 * n * n)?;
         let is_light = |own: &Rgb| own.is_finite() && own.min_element() >= 0.0;
@@ -58,7 +57,7 @@ impl SkyPatches {
             ("line", of_text(file, &String::from_utf8_lossy(bytes))?)
         };
         for (number, row) in &rows {
-            if let Some(value) = outside_f32(row) {
+            if let Some(value) = row.iter().find(|x| !(0.0..=f64::from(f32::MAX)).contains(*x)) {
                 let message = format!("the radiance {value} of a patch must be finite and not negative");
                 return Err(wrong(Place::item(file, item, *number), message));
             }

@@ -1,8 +1,8 @@
 //! The cells of a sky: rows from the zenith down, each of equal cells, and which of them lies in a direction.
 //!
 //! The first cell of a row lies about north, the others follow clockwise seen from above, as Tregenza and Reinhart
-//! number patches. Two rows of one cell are the upper and the lower half. A single cell at the top or at the bottom is a
-//! cap about that pole.
+//! number patches. Two rows of one cell are the upper and the lower half. A single cell at the top or at the bottom is
+//! a cap about that pole.
 //!
 //! Sources: P. R. Tregenza, *Subdivision of the sky hemisphere for luminance measurements*, Lighting Res. Technol.
 //! 19(1), 1987; C. F. Reinhart, O. Walkenhorst, *Validation of dynamic RADIANCE-based daylight simulations*, Energy and
@@ -43,7 +43,7 @@ pub struct SkyRow {
 }
 
 impl Sky {
-    /// The finest n of [`Sky::reinhart`].
+    /// The finest n of Reinhart's MF:n that there is.
     pub const FINEST: u32 = 8;
 
     /// The rows of an upper and a lower half.
@@ -66,8 +66,8 @@ impl Sky {
         (level.length() > 1e-6).then(|| level.normalize())
     }
 
-    /// The north of those who give none: -z where y points up, so that east is +x, and +y where z does; a unit vector at
-    /// a right angle to `up`, which is not zero.
+    /// The north of those who give none: -z where y points up, so that east is +x, and +y where z does; a unit vector
+    /// at a right angle to `up`, which is not zero.
     pub fn usual_north(up: DVec3) -> DVec3 {
         let up = up.normalize();
         let near = if up.z.abs() > 0.5 { DVec3::Y } else { DVec3::NEG_Z };
