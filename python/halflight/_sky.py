@@ -28,8 +28,8 @@ def under_patches(native: _native.Scene, radiance: Any, up: Any, north: Any) -> 
         raise ValueError("radiance must be 0 or more, and below 3e38")
     if len(light) not in [2 + 144 * k * k for k in range(1, 9)]:
         raise ValueError(f"radiance must have 2 + 144 k² rows (146, 578, 1298, 2306 and so on), not {len(light)}")
-    axes = [_axis("up", up), None if north is None else _axis("north", north)]
-    found = native.under_patches(light.astype(np.float32).tolist(), *axes)
+    level = None if north is None else _axis("north", north)
+    found = native.under_patches(light.astype(np.float32).tolist(), _axis("up", up), level)
     if found is None:
         raise ValueError("north must not be along up")
     return found
