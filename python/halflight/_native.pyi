@@ -357,6 +357,10 @@ class Scene:
         """
         (alpha, tau) that the file gives.
         """
+    def under_patches(self, /, radiances: Sequence[SupportsLenAndGetItem[SupportsFloat | SupportsIndex]], up: SupportsLenAndGetItem[SupportsFloat | SupportsIndex], north: SupportsLenAndGetItem[SupportsFloat | SupportsIndex] | None) -> Scene | None:
+        """
+        The same under a sky of patches in Radiance's order; none where they are of another number, or north is along up.
+        """
     def under_sky(self, /, upper: SupportsLenAndGetItem[SupportsFloat | SupportsIndex], lower: SupportsLenAndGetItem[SupportsFloat | SupportsIndex], up: SupportsLenAndGetItem[SupportsFloat | SupportsIndex]) -> Scene:
         """
         The same under another sky, which has no patch of the old one.

@@ -19,6 +19,7 @@ from halflight._fixed import Fixed
 from halflight._lights import Given, PointLight, SpotLight, SunLight
 from halflight._materials import Material
 from halflight._meshes import Mesh, joined, polygons, taken
+from halflight._sky import under_patches, under_sky
 
 __all__ = ["Arrays", "Scene", "cornell_box", "load", "native_of", "scenes"]
 
@@ -218,7 +219,7 @@ class Scene(Fixed):
     def _become(self, native: _native.Scene, camera: Camera | None = None, sky: Any = None) -> None:
         """Takes what it holds: a native scene, under another sky and behind another camera where they are given."""
         if sky is not None:
-            native = _under_sky(native, sky)
+            native = under_sky(native, sky)
         self._held = native if camera is None else _looked_at(native, camera)
         self._camera = camera
         self._fix()
@@ -409,7 +410,25 @@ class Scene(Fixed):
         up : (3,) floats
             What is above.
         """
-        return Scene._of(_under_sky(self._held, radiance, lower, up), self._camera)
+        return Scene._of(under_sky(self._held, radiance, lower, up), self._camera)
+
+    def with_sky_patches(
+        self, radiance: npt.ArrayLike, up: npt.ArrayLike = (0.0, 1.0, 0.0), north: npt.ArrayLike | None = None
+    ) -> Scene:
+        """The same scene under a sky of patches.
+
+        Parameters
+        ----------
+        radiance : (n,) or (n, 3) floats
+            Radiance of the ground and of each patch of Reinhart's MF:k, W/(m² sr), n = 2 + 144 k²: 146 (Tregenza),
+            578, and so on; from the horizon up, from north clockwise seen from above, the zenith last, as Radiance's
+            ``gendaymtx`` and ``hl.daylight`` have them.
+        up : (3,) floats
+            What is above.
+        north : (3,) floats, optional
+            Where the first patch of each row lies; -z where y is up and +y where z is.
+        """
+        return Scene._of(under_patches(self._held, radiance, up, north), self._camera)
 
     # How it is shown, copied and kept.
 
@@ -485,15 +504,6 @@ def _given(name: str, value: Any, count: int, most: int, what: str) -> npt.NDArr
     if len(found) != count:
         raise ValueError(f"{name} must have the shape ({count},), one for each face, not {found.shape}")
     return found
-
-
-def _under_sky(native: _native.Scene, radiance: Any, lower: Any = None, up: Any = (0.0, 1.0, 0.0)) -> _native.Scene:
-    above = arguments.triple("sky", radiance, 0.0, 3e38)
-    below = above if lower is None else arguments.triple("lower", lower, 0.0, 3e38)
-    axis = arguments.array("up", up, (3,))
-    if not axis.any():
-        raise ValueError("up must not be zero")
-    return native.under_sky(above, below, [float(x) for x in axis / np.abs(axis).max()])
 
 
 def _looked_at(native: _native.Scene, camera: Any) -> _native.Scene:

@@ -8,7 +8,7 @@ use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 use halflight::light::{Rgb, Visibility};
-use halflight::scene::{AddedLight, Camera, Emitters, LoadOptions, Sides, SkyLight, Winding, builtin};
+use halflight::scene::{AddedLight, Camera, Emitters, LoadOptions, Sides, Sky, SkyLight, SkyPatches, Winding, builtin};
 use halflight::{Solver, Transport};
 use halflight_export::{scene_from_bytes as of_bytes, scene_to_bytes};
 use numpy::ndarray::Array2;
@@ -108,7 +108,7 @@ impl Scene {
     /// Corner points in the file's units, those of faces that have a place.
     fn vertices<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         let scene = &self.scene;
-        let count = scene.vertices.len() - if scene.sky.is_some() { 6 } else { 0 };
+        let count = scene.vertices.len() - 3 * scene.sky.as_ref().map_or(0, |sky| sky.cells() as usize);
         let points: Vec<[f64; 3]> =
             scene.vertices[..count].iter().map(|v| scene.frame.to_file(v.as_dvec3()).to_array()).collect();
         PyArray2::from_owned_array(py, numbers(&points))
@@ -207,6 +207,16 @@ impl Scene {
         let mut scene = (*self.scene).clone();
         scene.set_sky(SkyLight { upper: upper.into(), lower: lower.into() }, up.into());
         scene.into()
+    }
+
+    /// The same under a sky of patches in Radiance's order; none where they are of another number, or north is along up.
+    fn under_patches(&self, radiances: Vec<[f32; 3]>, up: [f64; 3], north: Option<[f64; 3]>) -> Option<Scene> {
+        let patches = SkyPatches::new(radiances.into_iter().map(Rgb::from).collect())?;
+        let up = DVec3::from(up);
+        let north = north.map_or_else(|| Some(Sky::usual_north(up)), |north| Sky::level(north.into(), up))?;
+        let mut scene = (*self.scene).clone();
+        scene.set_patched_sky(&patches, up, north);
+        Some(scene.into())
     }
 
     /// The same with other numbers of the material of a name; what is `None` stays.

@@ -22,6 +22,13 @@ def test_an_open_floor_sees_all_of_the_sky() -> None:
     assert np.allclose(found.lux[:, 0], found.D[:, :, 0] @ found.luminance[0], rtol=1e-5)
 
 
+def test_a_scene_under_patches_has_what_coefficients_say() -> None:
+    radiance = np.arange(146) % 7.0
+    found = hl.daylight(floor(), [[0, 1, 0]], bounces=0)
+    points = hl.points(floor().with_sky_patches(radiance), [[0, 1, 0]], [0, 1, 0])
+    assert abs(points.irradiance[0, 0] - found.D[0, :, 0] @ radiance) < 4 * points.error[0, 0] + 1e-3
+
+
 def test_a_weather_file_has_hours(tmp_path: Path) -> None:
     file = tmp_path / "day.wea"
     head = "place A_B\nlatitude 40\nlongitude 0\ntime_zone 0\nsite_elevation 0\nweather_data_file_units 1\n"

@@ -82,7 +82,7 @@ impl<'a> WalkSources<'a> {
     pub(crate) fn new(scene: &'a Scene, emitters: &Emitters) -> WalkSources<'a> {
         let far = |radius: f64, v: &Vec3| radius.max(v.as_dvec3().length());
         // The faces that stand for a sky lie beyond the scene.
-        let radius = scene.sky.map_or_else(|| scene.vertices.iter().fold(0.0, far), |sky| sky.radius);
+        let radius = scene.sky.as_ref().map_or_else(|| scene.vertices.iter().fold(0.0, far), |sky| sky.radius);
         let mut sources = WalkSources { scene, list: Vec::new(), shares: Shares::default(), radius, total: 0.0 };
         for face in 0..scene.faces.len() as u32 {
             let material = scene.material(face);
@@ -193,12 +193,15 @@ impl<'a> WalkSources<'a> {
         Some(self.total / self.scene.means(face, self.scene.corners(face)).emission.element_sum() * own)
     }
 
-    /// A ray that enters the sphere around the scene from a half of the sky: of uniform direction, through a uniform
+    /// A ray that enters the sphere around the scene from a cell of the sky: of uniform direction, through a uniform
     /// point of the sphere's cross-section.
     fn enter(&self, face: u32, random: &mut Stream) -> Option<Ray> {
-        let sky = self.scene.sky?;
-        let up = if face == sky.first { sky.up } else { -sky.up };
-        let outward = hemisphere_direction(up, random.uniform(), random.uniform());
+        let sky = self.scene.sky.as_ref()?;
+        let (u, v) = (random.uniform(), random.uniform());
+        let outward = match sky.cap(face) {
+            Some((pole, least)) => hemisphere_direction(pole, u, least + (1.0 - least) * v),
+            None => sky.within(face, u, v),
+        };
         let aside = cosine_direction(outward, random.uniform(), random.uniform());
         let origin = sky.radius as f32 * (outward + aside - aside.dot(outward) * outward);
         Some(Ray { origin, direction: -outward, source: None })

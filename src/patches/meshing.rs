@@ -58,7 +58,7 @@ impl Patches {
     /// Cuts the scene into about `count` patches, front sides and back sides of two-sided faces counted alike.
     ///
     /// The count is met within about a quarter where the geometry allows: at least one patch per surface and
-    /// direction of the normal is needed, and at least one patch is always made.
+    /// direction of the normal is needed, and at least one patch is always made. Of a sky two cells are counted.
     pub fn new(scene: &Scene, rays: &Rays, count: usize) -> Patches {
         Patches::cut_surfaces(scene, rays, &Surfaces::new(scene, rays), count)
     }
@@ -70,11 +70,12 @@ impl Patches {
 
     fn cut_surfaces(scene: &Scene, rays: &Rays, found: &Surfaces, count: usize) -> Patches {
         let surfaces = &found.list;
+        let more = scene.sky.as_ref().map_or(0, |sky| sky.cells() as usize - 2);
         let total: f64 = surfaces.iter().map(|s| s.area * sides_of(scene, s.material)).sum();
         let mut size = (total / count.max(1) as f64).sqrt();
         // Edges of surfaces and voxels add patches: correct the size by the count it gave.
         for _ in 0..4 {
-            let estimate = Patches::estimate(scene, surfaces, size);
+            let estimate = Patches::estimate(scene, surfaces, size) - more;
             let ratio = estimate as f64 / count.max(1) as f64;
             if (0.9..1.1).contains(&ratio) {
                 break;

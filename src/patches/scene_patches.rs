@@ -238,7 +238,7 @@ impl Patches {
         mean.normalize_or_zero().as_vec3()
     }
 
-    /// Whether a patch is a half of the sky.
+    /// Whether a patch is a cell of the sky.
     pub fn is_sky(&self, scene: &Scene, i: usize) -> bool {
         scene.is_sky_material(self.materials[i] as usize)
     }

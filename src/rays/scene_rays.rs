@@ -89,7 +89,7 @@ impl Rays {
             materials: scene.faces.iter().map(|f| f.material).collect(),
             anchors: (0..faces.corners.len() as u32).into_par_iter().map(|f| RayOffset::new(scene, f)).collect(),
             corners: faces.corners,
-            sky: scene.sky,
+            sky: scene.sky.clone(),
         }
     }
 
@@ -141,14 +141,14 @@ impl Rays {
     /// The sky where a ray leaves the scene.
     #[inline]
     fn sky_met(&self, ray: &Ray) -> Option<Hit> {
-        let face = self.sky?.face(ray.direction);
+        let face = self.sky.as_ref()?.face(ray.direction);
         Some(Hit { t: SKY_DISTANCE, face, side: Side::Front, u: 0.0, v: 0.0 })
     }
 
-    /// Whether a face stands for a half of the sky.
+    /// Whether a face stands for a cell of the sky.
     #[inline]
     pub fn is_sky(&self, face: u32) -> bool {
-        self.sky.is_some_and(|sky| sky.holds(face))
+        self.sky.as_ref().is_some_and(|sky| sky.holds(face))
     }
 
     /// Whether nothing lies strictly between the points (tau = 0 everywhere).

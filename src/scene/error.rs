@@ -113,6 +113,19 @@ pub enum SceneError {
     #[diagnostic(help("the file cannot be read as IES LM-63 of type C: ask its maker for another, or convert it"))]
     Photometry { place: Place, message: String },
 
+    /// The file of a sky's patches is missing or cannot be read.
+    #[error("{place}: cannot read the sky `{name}`: {source}")]
+    #[diagnostic(help("`patches` of [sky] is a path relative to the scene file's folder"))]
+    MissingSky { place: Place, name: String, source: io::Error },
+
+    /// A file of a sky's patches is wrong.
+    #[error("{place}: {message}")]
+    #[diagnostic(help(
+        "a sky is a row R G B of radiance, W/(m² sr), for the ground and each patch of Reinhart's MF:n, from the horizon \
+         up and from north clockwise, or a matrix as gendaymtx writes it: `halflight daylight --sky-of` makes one"
+    ))]
+    SkyPatches { place: Place, message: String },
+
     /// The text is not UTF-8.
     #[error("{place}: byte 0x{byte:02x} is not UTF-8 text")]
     #[diagnostic(help("save the file as UTF-8 text; UTF-16 and binary files cannot be read"))]
@@ -209,7 +222,7 @@ pub enum SceneError {
         "a scene file holds: obj (or mesh), unit, up, mode (or alpha, tau), [camera] position target up vertical_fov, \
          [materials.NAME] mode (or alpha, tau) two_sided emission visible_emission, \
          [[lights]] type name position direction intensity attenuation exponent cutoff file along, \
-         [sky] radiance (or upper, lower)"
+         [sky] radiance (or upper, lower, or patches column) north"
     ))]
     SceneFile { place: Place, message: String },
 
@@ -249,6 +262,8 @@ impl SceneError {
             | Image { place, .. }
             | MissingPhotometry { place, .. }
             | Photometry { place, .. }
+            | MissingSky { place, .. }
+            | SkyPatches { place, .. }
             | NotUtf8 { place, .. }
             | NotANumber { place, .. }
             | NotFinite { place, .. }

@@ -26,6 +26,7 @@ mod other_kinds;
 mod polygon;
 mod punctual;
 mod scene_file;
+mod sky_cells;
 mod soup;
 mod surface;
 pub mod textures;
@@ -34,15 +35,16 @@ mod unit;
 pub use bounds::{Bounds, Coordinates};
 pub use build::{GivenFace, SceneArrays};
 pub(crate) use coincident::planes;
-pub use emission::{Emitters, MOST_EMITTERS, SkyLight};
+pub use emission::{Emitters, MOST_EMITTERS, RadianceMatrix, SkyLight, SkyPatches};
 pub use error::{About, Effect, Place, SceneError, ViewError, Warning};
 pub use load::is_scene_file;
 pub use model::{
     AddedLight, Camera, DEFAULT_FOV, DEFAULT_GREY, DEFAULT_RHO, Face, LoadOptions, Material, NO_MATERIAL, NamedCamera,
-    Scene, Sides, Sky, UnitFrame, Winding,
+    Scene, Sides, UnitFrame, Winding,
 };
 pub use polygon::THINNEST;
 pub use punctual::photometry::{DrawnDirection, EFFICACY, Photometry};
 pub use punctual::{Beam, PunctualForm, PunctualLight, PunctualPlace};
+pub use sky_cells::{Sky, SkyRow};
 pub use surface::Means;
 pub use unit::LengthUnit;

@@ -11,6 +11,7 @@ use crate::light::{Gloss, Light, Rgb, Transport, TransportError, Visibility};
 use crate::scene::bounds::Bounds;
 use crate::scene::error::Warning;
 use crate::scene::punctual::PunctualLight;
+use crate::scene::sky_cells::Sky;
 use crate::scene::textures::{Maps, Mask};
 use crate::scene::unit::LengthUnit;
 
@@ -64,31 +65,6 @@ pub struct Scene {
     pub transport: Option<Transport>,
     /// What a person should know about the file.
     pub warnings: Vec<Warning>,
-}
-
-/// The faces that stand for a scene's sky.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Sky {
-    /// Unit vector upwards, which separates the halves.
-    pub up: Vec3,
-    /// The face above; the one below follows it, and both are the last of the scene.
-    pub first: u32,
-    /// Radius of the smallest sphere about the origin of unit coordinates that holds all vertices.
-    pub radius: f64,
-}
-
-impl Sky {
-    /// The face that stands for the sky in a direction.
-    #[inline]
-    pub fn face(&self, direction: Vec3) -> u32 {
-        self.first + u32::from(direction.dot(self.up) <= 0.0)
-    }
-
-    /// Whether a face stands for a half of the sky.
-    #[inline]
-    pub fn holds(&self, face: u32) -> bool {
-        face >= self.first
-    }
 }
 
 /// `file = center + scale * unit`, in the file's units, of which one is `metres` long.

@@ -50,7 +50,7 @@ impl Sight<'_> {
     fn meets_back(&self, from: &SurfacePoint, direction: Vec3) -> Option<bool> {
         let ray = Ray { origin: from.position + BEFORE * from.normal, direction, source: None };
         let hit = self.rays.closest(&ray)?;
-        let is_sky = self.scene.sky.is_some_and(|sky| sky.holds(hit.face));
+        let is_sky = self.scene.is_sky(hit.face);
         (!is_sky).then(|| hit.side == Side::Back && self.scene.material(hit.face).sides == Sides::One)
     }
 

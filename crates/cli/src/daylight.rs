@@ -12,8 +12,8 @@ use crate::options::points::layout_of;
 use halflight::Scene;
 use halflight::pictures::{check_destination, make_directory};
 use halflight_daylight::{
-    Compass, DaylightFiles, DaylightGoal, DaylightReport, Division, Illuminance, Occupied, STANDARD, Skies, Standard,
-    SunPlace, Weather, coefficients, write_daylight,
+    Compass, DaylightFiles, DaylightGoal, DaylightReport, Division, Illuminance, Occupied, STANDARD, SceneSkyReport,
+    Skies, SkyChoice, SkyTime, Standard, SunPlace, Weather, coefficients, write_daylight, write_scene_sky,
 };
 
 /// `halflight daylight`
@@ -25,12 +25,16 @@ pub struct DaylightArguments {
     pub scene: String,
     /// Points of a table (x, y, z, nx, ny, nz and a name), a grid over an object, grid:OBJECT@HEIGHT,SPACING, or the
     /// cells of the scene's box, volume:XxYxZ
-    #[arg(long, value_name = "FILE|GRID")]
-    pub points: String,
+    #[arg(long, value_name = "FILE|GRID", required_unless_present = "sky_of")]
+    pub points: Option<String>,
+    /// Write the sky of a time, like "06-21 12:00", or of a number from 1, and its sun as a scene file for pictures,
+    /// and nothing else
+    #[arg(long, value_name = "TIME|N", value_parser = sky_of, requires = "sky", conflicts_with = "points")]
+    pub sky_of: Option<SkyChoice>,
     /// A weather file (.epw, .wea), a matrix of skies (.mtx), or overcast, uniform, clear:ALTITUDE,AZIMUTH (CIE);
     /// without it coefficients alone are written
     #[arg(long, value_name = "FILE|KIND", value_parser = sky)]
-    pub sky: Option<SkyChoice>,
+    pub sky: Option<SkySource>,
     /// Divide the sky by Tregenza (1) or by Reinhart's MF:N: 144 N² patches, the cap and the ground
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = division)]
     pub mf: usize,
@@ -43,7 +47,7 @@ pub struct DaylightArguments {
     /// The direction upwards: x, y, z, or three numbers [default: the scene file's sky, or y]
     #[arg(long, value_name = "AXIS", value_parser = axis)]
     pub up: Option<DVec3>,
-    /// The direction to the north [default: -z where y is up, y where z is up]
+    /// The direction to the north [default: the scene file's sky, or -z where y is up, y where z is up]
     #[arg(long, value_name = "AXIS", value_parser = axis)]
     pub north: Option<DVec3>,
     /// Reflectance of the ground that lies below the horizon
@@ -62,7 +66,7 @@ pub struct DaylightArguments {
 
 /// What the sky is.
 #[derive(Clone, Debug)]
-pub enum SkyChoice {
+pub enum SkySource {
     /// A weather file.
     Weather(PathBuf),
     /// A matrix of skies.
@@ -71,13 +75,13 @@ pub enum SkyChoice {
     Standard(Standard),
 }
 
-fn sky(text: &str) -> Result<SkyChoice, String> {
+fn sky(text: &str) -> Result<SkySource, String> {
     let ends = |end: &str| Path::new(text).extension().is_some_and(|own| own.eq_ignore_ascii_case(end));
     if ends("epw") || ends("wea") {
-        return Ok(SkyChoice::Weather(text.into()));
+        return Ok(SkySource::Weather(text.into()));
     }
     if ends("mtx") {
-        return Ok(SkyChoice::Matrix(text.into()));
+        return Ok(SkySource::Matrix(text.into()));
     }
     let clear = || {
         let numbers: Vec<f64> =
@@ -91,11 +95,26 @@ fn sky(text: &str) -> Result<SkyChoice, String> {
         "uniform" => Some(Standard::Uniform),
         _ => clear(),
     };
-    kind.map(SkyChoice::Standard).ok_or_else(|| {
+    kind.map(SkySource::Standard).ok_or_else(|| {
         "must be an .epw, .wea or .mtx file, overcast, uniform, or clear:ALTITUDE,AZIMUTH of the sun in degrees, as in \
          clear:40,180"
             .into()
     })
+}
+
+fn sky_of(text: &str) -> Result<SkyChoice, String> {
+    let time = || {
+        let (date, clock) = text.split_once(' ')?;
+        let (month, day) = date.split_once('-')?;
+        let (hour, minute) = clock.split_once(':')?;
+        let (month, day) = (month.parse().ok()?, day.parse().ok()?);
+        let (hour, minute) = (hour.parse::<u8>().ok()?, minute.parse::<u8>().ok()?);
+        let is_time = (1..=12).contains(&month) && (1..=31).contains(&day) && hour <= 24 && minute < 60;
+        let hour = f64::from(hour) + f64::from(minute) / 60.0;
+        is_time.then_some(SkyChoice::Time(SkyTime { month, day, hour }))
+    };
+    let found = text.parse().ok().map(SkyChoice::Number).or_else(time);
+    found.ok_or_else(|| "must be month-day hour:minute, as in \"06-21 12:00\", or a number from 1".into())
 }
 
 fn division(text: &str) -> Result<usize, String> {
@@ -123,8 +142,9 @@ fn occupied(text: &str) -> Result<Occupied, String> {
 
 impl DaylightArguments {
     fn compass(&self, scene: &Scene) -> Result<Compass, CliError> {
-        let up = self.up.or_else(|| scene.sky.map(|sky| sky.up.as_dvec3())).unwrap_or(DVec3::Y);
-        let found = match self.north {
+        let own = scene.sky.as_ref().filter(|_| self.up.is_none());
+        let up = self.up.or_else(|| own.map(|sky| sky.up.as_dvec3())).unwrap_or(DVec3::Y);
+        let found = match self.north.or_else(|| own.map(|sky| sky.north.as_dvec3())) {
             None => Compass::of_up(up),
             Some(north) => Compass::new(up, north),
         };
@@ -139,9 +159,9 @@ impl DaylightArguments {
         let ground = f64::from(self.ground);
         Ok(match &self.sky {
             None => None,
-            Some(SkyChoice::Weather(path)) => Some((Skies::of_weather(&Weather::read(path)?, division, ground), None)),
-            Some(SkyChoice::Matrix(path)) => Some((Skies::read_matrix(path, division)?, None)),
-            Some(SkyChoice::Standard(kind)) => {
+            Some(SkySource::Weather(path)) => Some((Skies::of_weather(&Weather::read(path)?, division, ground), None)),
+            Some(SkySource::Matrix(path)) => Some((Skies::read_matrix(path, division)?, None)),
+            Some(SkySource::Standard(kind)) => {
                 Some((Skies::standard(*kind, division, STANDARD, ground), Some(STANDARD)))
             }
         })
@@ -153,7 +173,10 @@ pub fn run(own: &DaylightArguments, common: &Common, console: &Console) -> Resul
     let scene = own.completion.load(&own.scene, console)?;
     let Some(division) = Division::new(own.mf) else { unreachable!("the argument was checked") };
     let compass = own.compass(&scene)?;
-    let layout = layout_of(&scene, &own.points, compass.up)?;
+    if let Some(choice) = own.sky_of {
+        return run_sky_of((own, choice), &scene, (division, compass), (common, console));
+    }
+    let layout = layout_of(&scene, own.points.as_deref().unwrap_or_default(), compass.up)?;
     let skies = own.skies(division)?;
     make_directory(&common.out)?;
     check_destination(common.out.join(format!("{}-daylight.mtx", scene.name)))?;
@@ -183,6 +206,30 @@ pub fn run(own: &DaylightArguments, common: &Common, console: &Console) -> Resul
     };
     let report = write_daylight((&common.out, &scene.name), &files)?;
     say(&report, console);
+    console.report(&report)
+}
+
+/// Writes the sky of a time for a scene file.
+fn run_sky_of(
+    (own, choice): (&DaylightArguments, SkyChoice),
+    scene: &Scene,
+    (division, compass): (Division, Compass),
+    (common, console): (&Common, &Console),
+) -> Result<(), CliError> {
+    let Some((skies, _)) = own.skies(division)? else { unreachable!("--sky-of requires --sky") };
+    let at = skies.find(choice)?;
+    make_directory(&common.out)?;
+    let path = Path::new(&own.scene);
+    let is_geometry = path.is_file() && !path.extension().is_some_and(|end| end.eq_ignore_ascii_case("toml"));
+    let geometry = is_geometry.then_some(path);
+    let report = write_scene_sky((&common.out, &scene.name), (&skies, at), &compass, geometry)?;
+    let SceneSkyReport { time, diffuse, direct, whole, files } = &report;
+    let when = time.map_or_else(|| format!("sky {}", at + 1), |time| time.to_string());
+    console.say(format!("{}, {when}: the sky {diffuse:.0} lx on the horizontal, the sun {direct:.0} lx", skies.name));
+    if !whole {
+        console.say("the lines of the .toml belong into the scene file: its geometry is not that of one OBJ or glTF");
+    }
+    files.iter().for_each(|file| console.say(file.display().to_string()));
     console.report(&report)
 }
 

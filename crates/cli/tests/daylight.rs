@@ -73,6 +73,32 @@ fn the_daylight_factor_of_an_open_floor_is_one() {
     assert!(!place.path().join("bare/floor-daylight-sky.mtx").exists());
 }
 
+/// A sky for pictures: the floor has the illuminance that the year's table says; the matrix of the same skies with its
+/// sun spread has the same but for that, over 179 in place of 683 lm/W.
+#[test]
+fn the_sky_of_an_hour_lights_a_scene() {
+    let place = place(&[FLOOR, BLACK, WEA]);
+    let found = report(&place, "daylight floor.obj --sky day.wea --sky-of 1 --mf 2 --out one");
+    assert_eq!((&found["time"]["hour"], &found["whole"]), (&11.5.into(), &true.into()));
+    let (diffuse, direct) = (found["diffuse"].as_f64().unwrap(), found["direct"].as_f64().unwrap());
+    report(&place, "daylight floor.obj --points grid:floor@0.5,0.5 --sky day.wea --mf 2");
+    let hours = fs::read_to_string(place.path().join("out/floor-daylight-hours.csv")).unwrap();
+    let expected: f64 = hours.lines().nth(1).unwrap().split(',').nth(3).unwrap().parse().unwrap();
+    let lux = |scene: &str| {
+        let points = "--points grid:floor@0.5,0.5 --lux --tolerance 0.01 --size 16x16 --mode global";
+        let found = report(&place, &format!("render {scene} {points} -o floor.png"));
+        found["modes"][0]["points"][0]["illuminance"].as_f64().unwrap()
+    };
+    let shown = lux("one/floor-sky.toml");
+    assert!((shown / expected - 1.0).abs() < 0.01 && shown > diffuse && shown < diffuse + direct, "{shown} {expected}");
+    let spread = "obj = \"floor.obj\"\n[sky]\npatches = \"out/floor-daylight-sky.mtx\"\ncolumn = 1\n";
+    fs::write(place.path().join("spread.toml"), spread).unwrap();
+    let spread = lux("spread.toml") * 179.0 / 683.0;
+    assert!((spread / expected - 1.0).abs() < 0.02, "{spread} {expected}");
+    let again = report(&place, "daylight one/floor-sky.toml --sky day.wea --sky-of 2 --out two");
+    assert_eq!(again["whole"], false);
+}
+
 #[test]
 fn what_is_wrong_is_said_and_nothing_is_left() {
     let broken = ("broken.wea", "place A_B\nlatitude 40\nlongitude x\n");
@@ -81,6 +107,8 @@ fn what_is_wrong_is_said_and_nothing_is_left() {
         BLACK,
         WEA,
         broken,
+        ("floor.toml", "obj = \"floor.obj\"\n[sky]\npatches = \"grey.txt\"\n"),
+        ("grey.txt", "# grey\n1 1 1\n1,5 1 1\n"),
         ("no.mtx", "#?RADIANCE\nNROWS=3\nNCOLS=1\nFORMAT=ascii\n\n1 1 1 1 1 1 1 1 1\n"),
     ]);
     for (arguments, code, words) in [
@@ -96,6 +124,13 @@ fn what_is_wrong_is_said_and_nothing_is_left() {
         ("daylight floor.obj --points grid:floor@1,1 --sky broken.wea", 3, "line 4"),
         ("daylight floor.obj --points grid:floor@1,1 --sky none.epw", 3, "none.epw"),
         ("daylight floor.obj --points grid:floor@1,1 --sky no.mtx", 3, "3 rows"),
+        ("daylight floor.obj --sky day.wea", 2, "--points"),
+        ("daylight floor.obj --sky-of 1", 2, "--sky"),
+        ("daylight floor.obj --sky day.wea --sky-of noon", 2, "06-21 12:00"),
+        ("daylight floor.obj --sky day.wea --sky-of 13-21_12:00", 2, "06-21 12:00"),
+        ("daylight floor.obj --sky day.wea --sky-of 4", 3, "no sky 4 of 3"),
+        ("daylight floor.obj --sky overcast --sky-of 2", 3, "no sky 2 of 1"),
+        ("render floor.toml", 3, "grey.txt, line 3: `1,5` is no number"),
         ("factors floor.obj --exchange none.csv", 3, "none.csv"),
         ("factors floor.obj --exchange day.wea", 3, "emissivity"),
     ] {

@@ -180,7 +180,7 @@ fn other_versions_are_refused() {
     succeed(&place, &format!("render room.toml --mode global {SMALL} --save kept"));
     let path = place.path().join("kept/meta.json");
     let text = fs::read_to_string(&path).unwrap();
-    fs::write(&path, text.replace("\"format\": 3", "\"format\": 2")).unwrap();
+    fs::write(&path, text.replace("\"format\": 4", "\"format\": 2")).unwrap();
     refuses(&place, &format!("render room.toml --mode global {SMALL} --load kept"), 3, &["kept", "in format 2"]);
 }
 

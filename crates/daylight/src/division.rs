@@ -16,6 +16,7 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::DVec3;
+use halflight::scene::Sky;
 
 /// Patches in each of the seven rows of MF:1.
 const TREGENZA: [usize; 7] = [30, 30, 24, 24, 18, 12, 6];
@@ -35,18 +36,15 @@ impl Compass {
     /// The compass of a direction upwards, and one to the north, of which the part that is level counts; none where
     /// either is zero or no number, or both are parallel.
     pub fn new(up: DVec3, north: DVec3) -> Option<Compass> {
-        let up = up.try_normalize()?;
-        let north = north.try_normalize()?;
-        let level = north - north.dot(up) * up;
-        let north = (level.length() > 1e-6).then(|| level.normalize())?;
+        let north = Sky::level(north, up)?;
+        let up = up.normalize();
         Some(Compass { east: north.cross(up), north, up })
     }
 
     /// The compass of scenes whose y points up: north is -z, so that east is +x. Of those whose z points up: north is
     /// +y and east +x.
     pub fn of_up(up: DVec3) -> Option<Compass> {
-        let north = if up.normalize_or_zero().z.abs() > 0.5 { DVec3::Y } else { DVec3::NEG_Z };
-        Compass::new(up, north)
+        Compass::new(up, Sky::usual_north(up.try_normalize()?))
     }
 
     /// East, north and up of a vector.

@@ -49,6 +49,20 @@ pub enum DaylightError {
         /// What is wrong.
         message: String,
     },
+    /// There is no sky of that time or number.
+    #[error("{sky} has no {message}")]
+    #[diagnostic(
+        code(halflight::daylight::no_such_sky),
+        help(
+            "a time is like 06-21 12:00, standard time; a number counts the times of a weather file or the columns of a matrix"
+        )
+    )]
+    NoSuchSky {
+        /// What the skies are.
+        sky: String,
+        /// What is not there.
+        message: String,
+    },
     /// There is nowhere to measure.
     #[error("there is no point to measure at")]
     #[diagnostic(code(halflight::daylight::points), help("name a table of points or a grid with at least one"))]

@@ -16,6 +16,7 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use halflight::pictures::{Table, make_directory, write_whole_by};
+use halflight::scene::RadianceMatrix;
 use halflight_export::{Array, Values, write_npz};
 use halflight_lighting::{SensorLayout, Words, digits, plan_of};
 use serde::Serialize;
@@ -23,7 +24,7 @@ use serde::Serialize;
 use crate::annual::{Illuminance, Metrics, PointMetrics};
 use crate::coefficients::{Coefficients, Way};
 use crate::error::DaylightError;
-use crate::matrix_file::Matrix;
+use crate::matrix_file::write_matrix;
 use crate::sky::Skies;
 
 /// What there is to write.
@@ -127,12 +128,12 @@ pub fn write_daylight((folder, stem): (&Path, &str), own: &DaylightFiles) -> Res
         files.push(folder.join(format!("{stem}-daylight{end}")));
         files[files.len() - 1].clone()
     };
-    matrix(own.found).write(&file(".mtx"))?;
+    write_matrix(&matrix(own.found), &file(".mtx"))?;
     let coefficients = numbers(own.found, |x, p| own.found.of(x, p));
     write_npy(&file(".npy"), &coefficients)?;
     write_npz(file(".npz"), &arrays(own.found, coefficients))?;
     if let Some((skies, light)) = own.skies {
-        sky_matrix(skies).write(&file("-sky.mtx"))?;
+        write_matrix(&sky_matrix(skies), &file("-sky.mtx"))?;
         hours(own.layout, skies, light).write(file("-hours.csv"))?;
         let shape = vec![own.found.points, light.skies];
         write_npy(&file("-hours.npy"), &Array { shape, values: Values::F32((&light.all[..]).into()) })?;
@@ -147,17 +148,17 @@ pub fn write_daylight((folder, stem): (&Path, &str), own: &DaylightFiles) -> Res
 }
 
 /// D as Radiance has it.
-fn matrix(found: &Coefficients) -> Matrix {
+fn matrix(found: &Coefficients) -> RadianceMatrix {
     let columns = found.columns();
     let of = |k: usize| found.of(k / columns, k % columns).map(|own| own as f32);
-    Matrix { rows: found.points, columns, values: (0..found.points * columns).map(of).collect() }
+    RadianceMatrix { rows: found.points, columns, values: (0..found.points * columns).map(of).collect() }
 }
 
 /// Skies as Radiance has them.
-fn sky_matrix(skies: &Skies) -> Matrix {
+fn sky_matrix(skies: &Skies) -> RadianceMatrix {
     let rows = skies.radiances();
     let values = rows.iter().flatten().map(|own| [*own as f32; 3]).collect();
-    Matrix { rows: rows.len(), columns: skies.skies.len(), values }
+    RadianceMatrix { rows: rows.len(), columns: skies.skies.len(), values }
 }
 
 /// Three channels of every point and column.

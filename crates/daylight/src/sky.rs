@@ -12,13 +12,15 @@
 //! Sources: ISO 15469:2004 (CIE S 011), types 1 and 12 in the form of CIE 110-1994; weather by [`crate::perez()`]. Not
 //! handled: coloured skies.
 
+use std::fmt;
 use std::path::Path;
 
 use glam::DVec3;
+use halflight::scene::RadianceMatrix;
 
 use crate::division::{Division, OPEN};
 use crate::error::DaylightError;
-use crate::matrix_file::Matrix;
+use crate::matrix_file::read_matrix;
 use crate::perez::{Measured, perez};
 use crate::sun::SunPlace;
 use crate::weather::Weather;
@@ -39,6 +41,13 @@ pub struct SkyTime {
     pub day: usize,
     /// Standard time.
     pub hour: f64,
+}
+
+impl fmt::Display for SkyTime {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let minutes = (60.0 * self.hour).round() as usize;
+        write!(f, "{:02}-{:02} {:02}:{:02}", self.month, self.day, minutes / 60, minutes % 60)
+    }
 }
 
 /// The sun of a time.
@@ -124,7 +133,7 @@ impl Skies {
     ///
     /// A file that cannot be read, or has other rows.
     pub fn read_matrix(path: &Path, division: Division) -> Result<Skies, DaylightError> {
-        let Matrix { rows, columns, values } = Matrix::read(path)?;
+        let RadianceMatrix { rows, columns, values } = read_matrix(path)?;
         if rows != division.columns() {
             let message = format!("has {rows} rows; MF:{} has {} columns", division.fineness(), division.columns());
             return Err(DaylightError::Matrix { file: path.display().to_string(), message });

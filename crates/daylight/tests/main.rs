@@ -2,5 +2,6 @@
 
 mod openings;
 mod rooms;
+mod skies;
 mod statistics;
 mod weather_files;

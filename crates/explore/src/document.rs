@@ -21,7 +21,7 @@ use halflight::patches::Patches;
 use halflight::pictures::{ImageError, Size, Texels, encode_srgb, encode_texels};
 use halflight::rays::Side;
 use halflight::scene::textures::{Coding, Filter, Image, Texture, Wrap};
-use halflight::scene::{Material, Scene};
+use halflight::scene::{Material, Scene, SkyRow};
 use halflight::surfaces::Geometry;
 
 /// Texels of an image to a side at most; larger ones are halved.
@@ -150,8 +150,11 @@ struct EffortEntry {
 #[derive(Serialize)]
 struct SkyEntry {
     up: [f32; 3],
-    upper: [f32; 3],
-    lower: [f32; 3],
+    north: [f32; 3],
+    /// From the zenith down.
+    rows: Vec<SkyRow>,
+    /// Of all cells, row by row.
+    radiances: Vec<[f32; 3]>,
     lamp: usize,
 }
 
@@ -315,19 +318,27 @@ impl Contents<'_> {
 
     fn sky(&self) -> Option<SkyEntry> {
         let scene = &self.geometry.scene;
-        let sky = scene.sky?;
-        let radiance = |k: u32| scene.material(sky.first + k).emission.to_array();
-        let lamp =
-            if scene.material(sky.first).emits() { (self.lamp_of)(sky.first) } else { (self.lamp_of)(sky.first + 1) };
-        Some(SkyEntry { up: sky.up.to_array(), upper: radiance(0), lower: radiance(1), lamp })
+        let sky = scene.sky.as_ref()?;
+        let faces = sky.first..sky.first + sky.cells();
+        let shines = faces.clone().find(|face| scene.material(*face).emits());
+        Some(SkyEntry {
+            up: sky.up.to_array(),
+            north: sky.north.to_array(),
+            rows: sky.rows.clone(),
+            radiances: faces.map(|face| scene.material(face).emission.to_array()).collect(),
+            lamp: (self.lamp_of)(shines.unwrap_or(sky.first)),
+        })
     }
 
     fn coarse(&self) -> CoarseEntry {
         let CoarseRows { patches, depths, .. } = self.rows;
         let scene = &self.geometry.scene;
         let object = |i: usize| {
-            let face = patches.pieces(i).next().map(|piece| piece.0);
-            face.filter(|_| !patches.is_sky(scene, i)).map_or(-1, |face| scene.faces[face as usize].object.into())
+            let Some((face, _)) = patches.pieces(i).next() else { return -1 };
+            match &scene.sky {
+                Some(sky) if sky.holds(face) => -1 - i64::from(face - sky.first),
+                _ => scene.faces[face as usize].object.into(),
+            }
         };
         CoarseEntry {
             count: patches.len(),
@@ -437,7 +448,7 @@ impl Contents<'_> {
 
 /// The axis nearest to the camera's up, or that of the sky.
 fn up(scene: &Scene) -> Vec3 {
-    let up = scene.sky.map_or(scene.camera.up, |sky| sky.up);
+    let up = scene.sky.as_ref().map_or(scene.camera.up, |sky| sky.up);
     let largest = up.abs().max_element();
     let axis = Vec3::from(up.to_array().map(|x| if x.abs() == largest { x.signum() } else { 0.0 }));
     if axis.length_squared() == 1.0 { axis } else { Vec3::Y }

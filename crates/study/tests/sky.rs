@@ -10,7 +10,9 @@ use halflight::light::{Light, Mode, Rgb, Transport};
 use halflight::pictures::Picture;
 use halflight::rays::Rays;
 use halflight::render::{Discretization, Fineness};
-use halflight::scene::{AddedLight, Camera, LoadOptions, Material, Scene, SceneError, Sides, SkyLight};
+use halflight::scene::{
+    AddedLight, Camera, LoadOptions, Material, Scene, SceneError, Sides, Sky, SkyLight, SkyPatches,
+};
 use halflight::solve::{Emitted, RaySettings, Settings, Shooting, ShootingSettings, neumann};
 use halflight_reference::{Mean, NextEvent, TraceSettings, Tracer};
 use halflight_study::{FactorSettings, factors};
@@ -285,6 +287,50 @@ fn a_glowing_room_around_everything_gives_the_same_picture() {
     }
 }
 
+/// A room of 4 by 2.5 by 3 m with a window of 2 by 1 m in the wall at z = 0, looked at from the side of the window.
+fn room_with_a_window() -> Scene {
+    let p = DVec3::new;
+    let mut mesh = Mesh::default();
+    mesh.polygon(&[p(0., 0., 0.), p(0., 0., 3.), p(4., 0., 3.), p(4., 0., 0.)], 0);
+    mesh.polygon(&[p(0., 2.5, 0.), p(4., 2.5, 0.), p(4., 2.5, 3.), p(0., 2.5, 3.)], 1);
+    mesh.polygon(&[p(0., 0., 0.), p(0., 2.5, 0.), p(0., 2.5, 3.), p(0., 0., 3.)], 1);
+    mesh.polygon(&[p(4., 0., 0.), p(4., 0., 3.), p(4., 2.5, 3.), p(4., 2.5, 0.)], 1);
+    mesh.polygon(&[p(0., 0., 3.), p(0., 2.5, 3.), p(4., 2.5, 3.), p(4., 0., 3.)], 1);
+    for [x, y, right, top] in [[0., 0., 4., 1.], [0., 2., 4., 2.5], [0., 1., 1., 2.], [3., 1., 4., 2.]] {
+        mesh.polygon(&[p(x, y, 0.), p(right, y, 0.), p(right, top, 0.), p(x, top, 0.)], 1);
+    }
+    let mut scene = mesh.scene(vec![grey("floor", 0.2), grey("walls", 0.5)]);
+    let eye = p(0.6, 1.8, 0.1);
+    let view = Camera::look_at(eye, p(2.6, 0.4, 3.0), UP, 60.0).expect("a view");
+    scene.camera = Camera { position: scene.frame.to_unit(eye).as_vec3(), ..view };
+    scene
+}
+
+/// One patch 100 times as bright as all others shines through a window: what a picture states is at least what it is
+/// off by, of two seeds together.
+#[test]
+fn the_error_of_a_room_below_one_bright_patch_is_what_is_stated() {
+    let mut radiances = vec![Rgb::ONE; 146];
+    // North is -z; the patch about it in the fourth row, at 42°, shines in.
+    radiances[1 + 30 + 30 + 24] = Rgb::splat(100.0);
+    let mut scene = room_with_a_window();
+    scene.set_patched_sky(&SkyPatches::new(radiances).expect("patches"), UP, Sky::usual_north(UP));
+    let (paths, error, _) = traced(&scene, Mode::Global.transport(), 24, 4096);
+    let sum = |of: &dyn Fn(usize) -> f64| (0..paths.pixels.len()).map(of).sum::<f64>();
+    let signal = sum(&|k| f64::from(paths.pixels[k].x).powi(2));
+    let noise = sum(&|k| f64::from(error.pixels[k].x).powi(2)) / signal;
+    let (mut squares, mut stated) = (0.0, 0.0);
+    for seed in [1, 2] {
+        let found = Solver::new(&scene).seed(seed).render(Mode::Global, (24, 24)).tolerance(0.04).expect("a picture");
+        let off = sum(&|k| f64::from(found.picture.pixels[k].x - paths.pixels[k].x).powi(2)) / signal;
+        println!("{seed}: {:.4} off, of which paths {:.4}; stated {:.4}", off.sqrt(), noise.sqrt(), found.error.total);
+        squares += off - noise;
+        stated += found.error.total.powi(2);
+    }
+    // The noise of the paths is known to a few percent of itself.
+    assert!(squares < stated + 0.1 * noise, "{squares} {stated} {noise}");
+}
+
 /// Rays that reach the sky tell nothing of how near things are: below a sheet over a floor the irradiance changes
 /// within the sheet's height, though most of the floor's hemisphere is open.
 #[test]
@@ -327,17 +373,22 @@ fn powers_of_the_terms_are_those_of_the_sky() {
 const FLOOR: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
 
 fn read(sky: &str) -> Result<Scene, SceneError> {
+    read_with(sky, "")
+}
+
+/// With the text of the file that `patches` names.
+fn read_with(sky: &str, patches: &str) -> Result<Scene, SceneError> {
     let toml = format!(
         "obj = \"floor.obj\"\n[camera]\nposition = [0, 0, 5]\ntarget = [0, 1, 0]\nup = [0, 0, 1]\n[sky]\n{sky}\n"
     );
-    Scene::from_toml_text("floor", &toml, FLOOR, "", LoadOptions::default())
+    Scene::from_toml_text("floor", &toml, FLOOR, patches, LoadOptions::default())
 }
 
 #[test]
 fn a_scene_file_has_a_sky() {
     let scene = read("upper = [1, 2, 3]").expect("a correct scene");
     scene.require_emission().expect("light");
-    assert_eq!(scene.sky.expect("a sky").up, glam::Vec3::Z);
+    assert_eq!(scene.sky.as_ref().expect("a sky").up, glam::Vec3::Z);
     let [upper, lower] = [1, 2].map(|k| scene.materials[k].emission);
     assert_eq!((upper, lower), (Rgb::new(1.0, 2.0, 3.0), Rgb::ZERO));
     assert_eq!((scene.solid_faces(), scene.faces.len()), (2, 4));
@@ -355,6 +406,51 @@ fn a_scene_file_has_a_sky() {
         ),
     ] {
         assert_eq!(read(text).expect_err(text).to_string(), message);
+    }
+}
+
+#[test]
+fn a_scene_file_has_a_sky_of_patches() {
+    let rows = |count: usize| -> String { (0..count).map(|k| format!("{k} 1 2\n")).collect() };
+    let scene = read_with("patches = \"sky.txt\"\nnorth = [1, 0, 1]", &rows(578)).expect("a correct scene");
+    let sky = scene.sky.as_ref().expect("a sky");
+    assert_eq!((sky.up, sky.north, sky.cells()), (glam::Vec3::Z, glam::Vec3::X, 578));
+    assert_eq!(scene.material(sky.face(glam::Vec3::Z)).emission, Rgb::new(577.0, 1.0, 2.0));
+    assert_eq!(scene.material(sky.face(glam::Vec3::NEG_Z)).emission, Rgb::new(0.0, 1.0, 2.0));
+    // The first above the horizon lies to the north; east of +x with z up is -y.
+    let low = |x: f32, y: f32| scene.material(sky.face(glam::Vec3::new(x, y, 0.01).normalize())).emission.x;
+    assert_eq!([low(1.0, 0.0), low(0.0, -1.0), low(-1.0, 0.0), low(0.0, 1.0)], [1.0, 16.0, 31.0, 46.0]);
+    let file = "patches = \"sky.txt\"";
+    for (keys, text, message) in [
+        (file, rows(145), "sky.txt, line 145: ends after 145 patches; a sky has 146, 578, 1298, 2306 or 2 + 144 n²"),
+        (file, String::new(), "sky.txt, line 1: ends after 0 patches"),
+        (file, rows(146).replace("\n7 1", "\n7 -1"), "sky.txt, line 8: the radiance -1 of a patch must be finite and"),
+        (file, rows(146).replace("\n7 1", "\n7 nan"), "sky.txt, line 8: the radiance NaN of a patch must be finite"),
+        (file, rows(146).replace("\n7 1", "\n7 x"), "sky.txt, line 8: `x` is no number"),
+        (file, rows(146).replace("\n7 1", "\n7"), "sky.txt, line 8: has 2 numbers; a patch has three, R G B"),
+        ("patches = \"sky.txt\"\ncolumn = 1", rows(146), "sky.txt, line 1: is no matrix of Radiance's"),
+        (file, "#?RADIANCE\nNROWS=1\nNCOLS=1\n\n1 2".into(), "sky.txt, line 1: has 2 numbers"),
+        (file, "#?RADIANCE\nNROWS=1\nNCOLS=2\n\n1 1 1 2 2 2".into(), "sky.txt, line 1: has 2 columns, each the sky"),
+        (file, "#?RADIANCE\nNROWS=1\nNCOLS=1\n\n1 1 1".into(), "sky.txt, row 1: ends after 1 patches"),
+        (
+            "patches = \"sky.txt\"\nupper = [1, 1, 1]",
+            rows(146),
+            "floor.toml, line 7: `patches` and `radiance`, `upper`",
+        ),
+        ("column = 1", rows(146), "floor.toml, line 7: `column` of the sky is one of `patches`"),
+        (
+            "patches = \"sky.txt\"\nnorth = [0, 0, 2]",
+            rows(146),
+            "floor.toml, line 8: `north` of the sky is [0, 0, 2], zero or along",
+        ),
+        (
+            "patches = \"sky.txt\"\nnorth = [0, 0, 0]",
+            rows(146),
+            "floor.toml, line 8: `north` of the sky is [0, 0, 0], zero or",
+        ),
+    ] {
+        let error = read_with(keys, &text).expect_err(message).to_string();
+        assert!(error.starts_with(message), "{error}");
     }
 }
 

@@ -38,7 +38,7 @@ impl Emitters {
         let mut emitters = Emitters::default();
         let (mut keys, mut known) = (Vec::new(), HashMap::new());
         for face in scene.faces.iter().filter(|face| scene.materials[face.material as usize].emits()) {
-            // Both halves of a sky are one.
+            // All cells of a sky are one.
             let material = if scene.is_sky_material(face.material as usize) { u32::MAX } else { face.material };
             let key = (face.object, material);
             let number = *known.entry(key).or_insert_with(|| {

@@ -4,8 +4,8 @@
 //! An example with every key is in docs/commands.md. Unknown keys are errors. Values keep their places in the text,
 //! which [`Text`] turns into lines. Only place for `toml`.
 //!
-//! Luminaires by LM-63 hang along the scene's `up`, and the sky's halves lie above and below; where only the camera has
-//! one, that counts for both. `1/d²` of lights is in metres; an `attenuation` that is given is in the file's units.
+//! Luminaires by LM-63 hang along the scene's `up`, and the sky's zenith lies there; where only the camera has one,
+//! that counts for both. `1/d²` of lights is in metres; an `attenuation` that is given is in the file's units.
 //!
 //! Not handled: geometry, which is the OBJ's or the glTF's.
 
@@ -23,11 +23,12 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use crate::light::{Mode, Rgb, Transport, TransportError, Visibility};
-use crate::scene::emission::SkyLight;
+use crate::scene::emission::{SkyLight, SkyPatches};
 use crate::scene::error::{About, Effect, Place, SceneError, ViewError, list, shorten};
 use crate::scene::model::{Camera, DEFAULT_FOV, Material, Scene, Sides};
 use crate::scene::punctual::{Beam, PunctualForm, PunctualLight, PunctualPlace};
 use crate::scene::scene_file::lm63::Mounting;
+use crate::scene::sky_cells::Sky;
 use crate::scene::soup::{Soup, check_emission, outside_f32};
 use crate::scene::unit::LengthUnit;
 
@@ -113,6 +114,11 @@ struct SkyTable {
     radiance: Given<[f64; 3]>,
     upper: Given<[f64; 3]>,
     lower: Given<[f64; 3]>,
+    /// A file of radiances.
+    patches: Given<String>,
+    /// Of a file with several columns, from 1.
+    column: Given<usize>,
+    north: Given<[f64; 3]>,
 }
 
 impl Text<'_> {
@@ -274,19 +280,19 @@ impl SceneFile {
             scene.lights.push(read);
         }
         if let Some(sky) = &self.sky {
-            scene.set_sky(sky.light(text)?, up);
+            sky.put(text, (scene, up), reader)?;
         }
         let turned = self.turned_by_camera(text, up).map(|text| About::Light(Effect::Guessed).warning(text));
         scene.warnings.extend(turned);
         Ok(())
     }
 
-    /// Warns where the camera's `up` turns a sky of two halves or luminaires, and is none that a scene is built along.
+    /// Warns where the camera's `up` turns an uneven sky or luminaires, and is none that a scene is built along.
     fn turned_by_camera(&self, text: &Text, up: DVec3) -> Option<String> {
         let is_usual = self.up.is_some() || [DVec3::Y, DVec3::Z].iter().any(|axis| up.distance(*axis) < 1e-3);
         let is_hung = |table: &Spanned<LightTable>| table.get_ref().hangs_down();
-        let is_halved = self.sky.as_ref().is_some_and(|sky| sky.radiance.is_none());
-        if is_usual || !(is_halved || self.lights.iter().any(is_hung)) {
+        let is_uneven = self.sky.as_ref().is_some_and(|sky| !sky.is_even());
+        if is_usual || !(is_uneven || self.lights.iter().any(is_hung)) {
             return None;
         }
         let place = text.place(self.camera.as_ref().map_or(0..0, Spanned::span));
@@ -470,8 +476,48 @@ fn is_weight(number: f64) -> bool {
 }
 
 impl SkyTable {
+    /// Whether it is the same from everywhere.
+    fn is_even(&self) -> bool {
+        self.radiance.is_some()
+    }
+
+    /// Puts the sky around a scene whose up is given.
+    fn put(&self, text: &Text, (scene, up): (&mut Scene, DVec3), reader: Reader) -> Result<(), SceneError> {
+        let north = self.north(text, up)?;
+        match &self.patches {
+            Some(patches) => scene.set_patched_sky(&self.patches(text, patches, reader)?, up, north),
+            None => scene.set_sky(self.light(text)?, up),
+        }
+        scene.sky.iter_mut().for_each(|sky| sky.north = north.as_vec3());
+        Ok(())
+    }
+
+    /// The level unit vector to the north.
+    fn north(&self, text: &Text, up: DVec3) -> Result<DVec3, SceneError> {
+        let Some(given) = &self.north else { return Ok(Sky::usual_north(up)) };
+        let north = text.vector("north", given)?;
+        Sky::level(north / north.abs().max_element(), up).ok_or_else(|| {
+            let message = format!("`north` of the sky is {north}, zero or along `up`: give a level direction");
+            text.error(given.span(), message)
+        })
+    }
+
+    fn patches(&self, text: &Text, patches: &Spanned<String>, reader: Reader) -> Result<SkyPatches, SceneError> {
+        if self.radiance.is_some() || self.upper.is_some() || self.lower.is_some() {
+            let twice = "`patches` and `radiance`, `upper` or `lower` of the sky are given together: keep one of them";
+            return Err(text.error(patches.span(), twice));
+        }
+        let name = patches.get_ref();
+        let (place, named) = (|| text.place(patches.span()), || shorten(name));
+        let bytes = reader(name).map_err(|source| SceneError::MissingSky { place: place(), name: named(), source })?;
+        SkyPatches::parse(name, &bytes, self.column.as_ref().map(|own| *own.get_ref()))
+    }
+
     /// The radiance of both halves; black where none is given.
     fn light(&self, text: &Text) -> Result<SkyLight, SceneError> {
+        if let Some(column) = &self.column {
+            return Err(text.error(column.span(), "`column` of the sky is one of `patches`: give the file too"));
+        }
         let half = |key, given: &Given<[f64; 3]>| text.light("the sky", key, given.as_ref());
         let Some(both) = &self.radiance else {
             return Ok(SkyLight { upper: half("upper", &self.upper)?, lower: half("lower", &self.lower)? });

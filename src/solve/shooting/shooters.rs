@@ -189,7 +189,7 @@ pub struct RayShooter {
     materials: PatchMaterials,
     areas: Vec<f64>,
     received: (Vec<Rgb>, u64),
-    /// Per patch: it stands for a half of the sky.
+    /// Per patch: it stands for a cell of the sky.
     sky: Vec<bool>,
     /// Power that punctual lights bring to the patches, W over all channels.
     punctual: f64,

@@ -137,9 +137,9 @@ export class Patches {
 
   #skyLight(j, coefficient, gains) {
     const { sky, coarse } = this.scene;
-    if (coarse.objects[j] !== -1 || !sky) return 0;
-    const mean = sky.upper.map((x, c) => ((x + sky.lower[c]) / 2) * gains[sky.lamp][c]);
-    return (coefficient * (mean[0] + mean[1] + mean[2])) / 3;
+    if (coarse.objects[j] >= 0 || !sky) return 0;
+    const [r, g, b] = sky.radiances[-1 - coarse.objects[j]].map((x, c) => x * gains[sky.lamp][c]);
+    return (coefficient * (r + g + b)) / 3;
   }
 
   // Row i of F at tau: what share of the cosine-weighted directions from a patch meets each coarse patch.
@@ -166,7 +166,7 @@ export class Patches {
     const { coarse, objects } = this.scene;
     const sums = new Map();
     shares.forEach((share, j) => {
-      const name = coarse.objects[j] === -1 ? "the sky" : objects[coarse.objects[j]];
+      const name = coarse.objects[j] < 0 ? "the sky" : objects[coarse.objects[j]];
       sums.set(name, (sums.get(name) ?? 0) + share);
     });
     return [...sums].map(([name, share]) => ({ name, share })).sort((a, b) => b.share - a.share);

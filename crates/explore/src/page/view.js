@@ -46,9 +46,23 @@ export class View {
       cells: numberTexture(gl, gl.R32F, width, height, patches, gl.NEAREST),
       shares: numberTexture(gl, gl.R32F, width, height, null, gl.NEAREST), };
     const white = numberTexture(gl, gl.RGBA32F, 1, 1, new Float32Array([1, 1, 1, 1]), gl.NEAREST);
-    Object.assign(this.textures, { image: white, glow: white, mask: white, white });
+    Object.assign(this.textures, { image: white, glow: white, mask: white, white, sky: this.#skyTexture() });
     this.shares = new Float32Array(width * height);
     this.texels = { coarse: new Float32Array(4 * width * height), fine: new Float32Array(4 * width * height * s * s) };
+  }
+
+  // A row of texels for each of the sky's: its lower edge and how many cells it has, then their radiances.
+  #skyTexture() {
+    const { gl, scene } = this;
+    if (!scene.sky) return null;
+    const { rows, radiances } = scene.sky;
+    const width = 1 + Math.max(...rows.map(({ cells }) => cells));
+    const texels = new Float32Array(4 * width * rows.length);
+    rows.forEach(({ low, before, cells }, row) => {
+      texels.set([low, cells], 4 * width * row);
+      for (let k = 0; k < cells; k++) texels.set(radiances[before + k], 4 * (width * row + 1 + k));
+    });
+    return numberTexture(gl, gl.RGBA32F, width, rows.length, texels, gl.NEAREST);
   }
 
   // Reflectance and emission of the materials, where reflectances have factors [m].
@@ -210,11 +224,12 @@ export class View {
   #drawSky(camera, exposure) {
     const { gl, scene } = this;
     if (!scene.sky || camera.culled) return;
-    const shown = (radiance) => radiance.map((x, c) => x * this.emission[scene.sky.lamp][c]);
+    gl.activeTexture(gl.TEXTURE0 + UNITS.length);
+    gl.bindTexture(gl.TEXTURE_2D, this.textures.sky.handle);
     use(gl, this.programs.sky, {
       forward: camera.forward, right: camera.right.map((x) => x * camera.tangents[0]),
-      above: camera.up.map((x) => x * camera.tangents[1]), skyUp: scene.sky.up, upper: shown(scene.sky.upper),
-      lower: shown(scene.sky.lower), exposure, });
+      above: camera.up.map((x) => x * camera.tangents[1]), skyUp: scene.sky.up, north: scene.sky.north,
+      sky: UNITS.length, gain: this.emission[scene.sky.lamp], exposure, });
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 

@@ -19,7 +19,7 @@ struct Shape<'a> {
     /// Vertices and material of each face.
     faces: Vec<([u32; 3], u32)>,
     exact: &'a [[DVec3; 3]],
-    sky: Option<Sky>,
+    sky: Option<&'a Sky>,
     /// Of the corners of faces, where masks go by them.
     coordinates: Option<&'a [[Vec2; 3]]>,
     colours: Option<&'a [[Vec4; 3]]>,
@@ -32,7 +32,7 @@ impl Shape<'_> {
             vertices: &scene.vertices,
             faces: scene.faces.iter().map(|face| (face.vertices, face.material)).collect(),
             exact: &scene.exact,
-            sky: scene.sky,
+            sky: scene.sky.as_ref(),
             coordinates: masked.then_some(&scene.coordinates),
             colours: masked.then_some(&scene.colours),
         }

@@ -15,7 +15,7 @@ pub const NAME: &str = "meta.json";
 /// Where the scene is.
 pub const SCENE: &str = "scene.bin";
 /// Raised whenever what is kept, or the rays that a seed stands for, become others.
-pub const FORMAT: u32 = 3;
+pub const FORMAT: u32 = 4;
 /// Where each F is.
 pub const FACTORS: [&str; 2] = ["F.npz", "F.1.npz"];
 /// All other files that a folder may have.
