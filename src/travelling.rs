@@ -14,6 +14,7 @@ use crate::form_factors::layers::{Crossing, Row};
 use crate::form_factors::sampled::Sums;
 use crate::form_factors::{Estimate, Method};
 use crate::gather::irradiance::Irradiance;
+use crate::gather::pixels::emission::outlines::Sampled;
 use crate::gather::pixels::pixel::{Met, Pixel, SmallFace};
 use crate::gather::pixels::pixel_layer::{Layer, SurfaceKey};
 use crate::gather::pixels::pixel_light::{PixelLight, SeenEmission, SmoothLight};
@@ -92,7 +93,8 @@ structs! {
     SurfaceKey { plane, side, material }
     Layer { key, first, count, sum, reflected, lit, origins }
     Footprint { key, face, rho, extent }
-    SeenEmission { value, variance, doubt, is_rare, emitters, rays }
+    SeenEmission { value, variance, emitters }
+    Sampled { seen, rays }
     SmoothLight { direct, variance }
     PixelLight { emitted, glows, outline, lit, textured, smooth, ambient, emitters }
     TexturedLight { halves }

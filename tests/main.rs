@@ -22,6 +22,7 @@ mod lenient_files;
 mod local_picture;
 mod modes;
 mod operator;
+mod outlines;
 mod peoples_files;
 mod points;
 mod punctual;

@@ -19,7 +19,7 @@ use crate::gather::gathered::Gathered;
 use crate::gather::nearness::{Nearing, Told};
 use crate::gather::pixels::adaptive_sampling::{Plan, sample_pixels};
 use crate::gather::pixels::camera_rays::{CameraRays, CameraSampling};
-use crate::gather::pixels::outlines::measure_outlines;
+use crate::gather::pixels::emission::outlines::{Which, measure_outlines};
 use crate::gather::pixels::pixel::Pixel;
 use crate::gather::records::final_gather::FinalGather;
 use crate::gather::records::indirect_light::IndirectLight;
@@ -43,7 +43,7 @@ pub fn gather(view: &View, fields: &Fields, gathering: &Gathering, told: &Told) 
     }
     if let Some(noise) = settings.plan.noise {
         // Rays since the first ones have shown more.
-        measure_outlines(&camera_rays, &mut pixels, noise, &settings.plan.limit);
+        measure_outlines(&camera_rays, &mut pixels, Which::Differing, (noise, &settings.plan.limit));
     }
     let mut gathered = indirect.assemble(&pixels, fields, view);
     gathered.rays += cache.caster.cast;

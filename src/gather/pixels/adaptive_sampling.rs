@@ -27,7 +27,7 @@ use rayon::prelude::*;
 
 use crate::gather::nearness::Nearing;
 use crate::gather::pixels::camera_rays::{CameraRays, PixelScratch};
-use crate::gather::pixels::outlines::measure_outlines;
+use crate::gather::pixels::emission::outlines::{Which, measure_outlines};
 use crate::gather::pixels::pixel::{Pixel, rays};
 use crate::gather::pixels::small_faces::find_small_faces;
 use crate::gather::pixels::smoothing::smooth;
@@ -80,7 +80,7 @@ pub(crate) fn sample_pixels(camera_rays: &CameraRays, plan: &Plan) -> Vec<Pixel>
     pixels.iter_mut().for_each(|pixel| pixel.counts_emission = shows_luminaires_only);
     if let Some(noise) = plan.noise {
         find_small_faces(camera_rays, &mut pixels);
-        measure_outlines(camera_rays, &mut pixels, noise, &plan.limit);
+        measure_outlines(camera_rays, &mut pixels, Which::All, (noise, &plan.limit));
     }
     refine(camera_rays, &mut pixels, plan, |_, _| ());
     pixels

@@ -2,7 +2,7 @@
 
 pub(crate) mod adaptive_sampling;
 pub(crate) mod camera_rays;
-pub(crate) mod outlines;
+pub(crate) mod emission;
 pub(crate) mod pixel;
 pub(crate) mod pixel_cell;
 pub(crate) mod pixel_layer;

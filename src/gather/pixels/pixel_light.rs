@@ -13,14 +13,8 @@ pub(crate) struct SeenEmission {
     pub value: DVec3,
     /// Squared standard error.
     pub variance: DVec3,
-    /// Squared standard error of what rays agree about, as if this pixel were the only one.
-    pub doubt: DVec3,
-    /// Whether one ray alone differs from all others.
-    pub is_rare: bool,
     /// The emitters' parts, where they are kept apart.
     pub emitters: Vec<DVec3>,
-    /// Rays cast.
-    pub rays: u64,
 }
 
 /// Direct light as it is after smoothing.
