@@ -9,7 +9,7 @@ use halflight::rays::{Hit, Ray, Rays, Side};
 use halflight::render::Rendered;
 use halflight::scene::{Camera, Material, Scene, Sides, SkyLight};
 
-use crate::common::{Mesh, random, rendered};
+use crate::common::{Facing, Mesh, random, rendered};
 
 /// Rounding of positions in single precision and of the picture's values, a share of a pixel.
 const ROUNDING: f64 = 2e-5;
@@ -108,6 +108,24 @@ fn of_faces_in_one_place_the_same_is_seen_as_by_rays() {
     let sum = found.picture.pixels.iter().map(|p| p.as_dvec3()).sum::<DVec3>() * (2.0 / 7.0_f64).powi(2);
     let exact = DVec3::new(0.62 * 0.62, 0.7 * 0.73 - 0.51 * 0.54, 0.0);
     assert!((sum - exact).abs().max_element() < 1e-4, "{sum} {exact}");
+}
+
+/// A ball of 80 faces that covers 8e-9 of a pixel shows its light, though no face is much.
+#[test]
+fn a_far_lamp_of_many_faces_shines() {
+    let mut mesh = Mesh::default();
+    mesh.sphere(1e-5, 1, Facing::Out, 0);
+    level(&mut mesh, [[-1.0, -1.0], [1.0, 1.0]], -0.5, 1);
+    let scene = from_above(mesh, vec![lamp("ball", Rgb::splat(1e9)), lamp("plane", Rgb::ZERO)]);
+    let found = show(&scene, (24, 24).into());
+    let sum: f64 = found.picture.pixels.iter().map(|p| f64::from(p.x)).sum::<f64>() * (2.0 / 24.0_f64).powi(2);
+    let size = scene.frame.to_unit(DVec3::X).distance(scene.frame.to_unit(DVec3::ZERO));
+    let seen_of = |face: u32| {
+        let [a, b, c] = scene.corners(face).map(|corner| corner.as_dvec3() / size);
+        0.5 * (b - a).cross(c - a).z.max(0.0)
+    };
+    let exact: f64 = 1e9 * (0..80).map(seen_of).sum::<f64>();
+    assert!(exact > 0.28 && (sum / exact - 1.0).abs() < 1e-4, "{sum} {exact}");
 }
 
 /// A heap of lamps, black triangles and backs of lamps that pass through each other, numbered by `seed`.

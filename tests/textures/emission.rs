@@ -8,7 +8,7 @@ use halflight::direct::Luminaires;
 use halflight::light::{Mode, Rgb};
 use halflight::rays::Rays;
 use halflight::scene::textures::{Filter, Maps};
-use halflight::scene::{Material, Scene};
+use halflight::scene::{Camera, Material, Scene};
 use halflight_reference::{Mean, NextEvent, TraceSettings, Tracer};
 
 use crate::common::{Mesh, assemble_one, grey, sampling};
@@ -125,6 +125,41 @@ fn paths_find_a_texel_that_shines_alone() {
     let [on, off] = [NextEvent::On, NextEvent::Off].map(|next_event| traced(&scene, next_event));
     let allowed = 4.0 * on.error[0].hypot(off.error[0]);
     assert!(on.value[0] > 4.0 * on.error[0] && (on.value[0] - off.value[0]).abs() < allowed, "{on:?} {off:?}");
+}
+
+/// A panel of columns that glow or do not, each half to a few pixels wide: a pixel shows the mean of what it covers,
+/// seen from straight below and along the panel, where what is far shows less.
+#[test]
+fn pixels_show_the_mean_of_the_texels_that_they_cover() {
+    const PIXELS: usize = 20;
+    const SIDE: usize = 200;
+    let glows = |column: usize| !(column * column / 7).is_multiple_of(3);
+    let p = DVec3::new;
+    for (from, to) in [(p(0.0, 0.25, 0.0), p(0.0, 1.0, 0.0)), (p(-0.9, 1.4, 0.03), p(0.0, 1.43, 0.0))] {
+        let mut scene = lit(1.0, true, false);
+        let codes = (0..34).map(|column| if glows(column) { 255 } else { 0 }).collect();
+        let emission = Some(texture(34, codes, Filter::Nearest));
+        scene.materials[1].maps = Some(Arc::new(Maps { emission, ..Maps::default() }));
+        scene.materials[0].rho = Rgb::ZERO;
+        let [eye, target] = [from, to].map(|point| scene.frame.to_unit(point));
+        scene.camera = Camera::look_at(eye, target, p(0.1, 0.2, 1.0), 60.0).expect("a view");
+        let found = Solver::new(&scene).render(Mode::Global, (PIXELS, PIXELS)).tolerance(0.05).expect("a picture");
+        // Points of the panel, which reaches from -1 to 1 at a height of 1.5, through points of a pixel.
+        let glow = |k: usize, n: usize| {
+            let at = |pixel: usize, cell: usize| (pixel as f32 + (cell as f32 + 0.5) / SIDE as f32) / PIXELS as f32;
+            let (_, way) = scene.camera.ray(at(k % PIXELS, n % SIDE), at(k / PIXELS, n / SIDE), 1.0);
+            let met = from + (1.5 - from.y) / f64::from(way.y) * way.as_dvec3();
+            let is_panel = way.y > 0.0 && met.x.abs() < 1.0 && met.z.abs() < 1.0;
+            is_panel && glows((17.0 * (met.x + 1.0)) as usize)
+        };
+        for (k, shown) in found.picture.pixels.iter().enumerate() {
+            let exact = (0..SIDE * SIDE).filter(|&n| glow(k, n)).count() as f64 / (SIDE * SIDE) as f64;
+            let off = (f64::from(shown.x) / 5.0 - exact).abs();
+            // Some 10 edges, along each of which every second row of points is half a point off.
+            assert!(off < 0.005, "from {from}, pixel {k}: {shown} {exact}");
+        }
+        assert_eq!(found.error.emission, 0.0);
+    }
 }
 
 #[test]

@@ -260,7 +260,7 @@ fn say(report: &DaylightReport, console: &Console) {
             report.sky.as_deref().unwrap_or_default(),
             100.0 * metrics.sda,
             100.0 * metrics.ase,
-            metrics.hours,
+            (10.0 * metrics.hours).round() / 10.0,
             report.mean.unwrap_or_default(),
         ));
     }

@@ -32,7 +32,7 @@ pub struct WeatherTime {
     pub month: usize,
     /// 1 to 31.
     pub day: usize,
-    /// Standard time, 0 to 24.
+    /// Standard time, 0 to 24; up to 25 where an interval that began before midnight ends after it.
     pub hour: f64,
     /// Day of the year from 1, that of a leap year from 29 February on.
     pub day_of_year: usize,
@@ -167,7 +167,8 @@ impl Text<'_> {
                 );
             };
             let date = self.date(k + 1, month, day)?;
-            let hour = self.within(k + 1, "the hour", hour, (0.0, 24.0))?;
+            // DAYSIM's times of less than an hour go on past midnight.
+            let hour = self.within(k + 1, "the hour", hour, (0.0, 25.0))?;
             let direct = self.within(k + 1, "the direct value", direct, (0.0, 1e6))?;
             let diffuse = self.within(k + 1, "the diffuse value", diffuse, (0.0, 1e6))?;
             let height = sun_at(&location, times.day_of_year(date), hour).altitude.sin();

@@ -24,6 +24,16 @@ fn a_wea_file_is_read() {
     assert!(skies.skies[2].luminance.iter().all(|l| *l == 0.0));
 }
 
+/// Times of ten minutes as DAYSIM writes them, each in the middle of an interval that may end after midnight.
+#[test]
+fn times_go_on_past_midnight() {
+    let head = WEA.split("6 21").next().expect("a head");
+    let rows = "6 21 23.917 0 0\n6 21 24.083 0 0\n6 22 0.250 0 0\n";
+    let weather = read("a.wea", &format!("{head}{rows}")).expect("weather");
+    assert!((weather.hours - 1.0 / 6.0).abs() < 0.01 && weather.times[1].hour == 24.083, "{}", weather.hours);
+    assert!(read("a.wea", &format!("{head}6 21 25.5 0 0\n")).is_err_and(|error| error.contains("the hour 25.5")));
+}
+
 #[test]
 fn an_epw_file_is_read_with_times_in_the_middle_of_hours() {
     let row = |hour: usize, direct: f64, diffuse: f64| {

@@ -13,8 +13,8 @@ use crate::scene::convex_polygon::{area, clip, cut};
 /// Corners nearer to the camera than this share of the scene's half extent are not projected.
 const NEAR: f64 = 1e-6;
 
-/// Area of a polygon that is none, and length of an edge, in pixels: places are known to about 1e-13.
-pub(crate) const NOTHING: f64 = 1e-9;
+/// Width of a polygon that is none, in pixels: places are known to about 1e-13.
+const NOTHING: f64 = 1e-11;
 
 /// How the camera projects points into the picture, in pixels.
 pub(crate) struct Projection<'a> {
@@ -119,7 +119,11 @@ impl<'a> Projection<'a> {
 
     /// Calls `each` with the pixels that some of a convex polygon lies in.
     pub(crate) fn pixels_under(&self, polygon: &[DVec2], mut each: impl FnMut(usize)) {
-        let Bounds { low, high } = Bounds::of(polygon.iter().copied());
+        let bounds @ Bounds { low, high } = Bounds::of(polygon.iter().copied());
+        if (high.ceil() - low.floor()).min_element() <= 1.0 {
+            // In one row or column it lies in all of the rectangle.
+            return self.pixels_in(&bounds).for_each(each);
+        }
         for y in low.y.max(0.0) as u32..high.y.min(self.size.y).ceil() as u32 {
             let y = f64::from(y);
             let row = clip(polygon, DVec2::Y, [Some(y), Some(y + 1.0)]);
@@ -151,6 +155,11 @@ pub(crate) fn within(polygon: &[DVec2], corner: DVec2) -> Vec<DVec2> {
 pub(crate) fn in_pixel(polygon: &[DVec2], k: usize, width: usize) -> Vec<DVec2> {
     let corner = corner_of(k, width);
     within(polygon, corner).into_iter().map(|p| p - corner).collect()
+}
+
+/// Whether a convex polygon is as good as none.
+pub(crate) fn is_nothing(polygon: &[DVec2]) -> bool {
+    polygon.len() < 3 || area(polygon) <= NOTHING * Bounds::of(polygon.iter().copied()).size().max_element()
 }
 
 /// The upper left corner of pixel k of rows of `width`.

@@ -22,10 +22,10 @@ use halflight_team::Loop;
 
 use crate::direct::agreement::LikelyShare;
 use crate::gather::pixels::camera_rays::CameraRays;
-use crate::gather::pixels::emission::visible_areas::{emitting, visible_emission};
+use crate::gather::pixels::emission::visible_areas::{cell_behind, emitting, visible_emission};
 use crate::gather::pixels::pixel::{Pixel, rays};
 use crate::gather::pixels::pixel_light::SeenEmission;
-use crate::gather::pixels::projection::{NOTHING, Projection, in_pixel};
+use crate::gather::pixels::projection::{Projection, in_pixel, is_nothing};
 use crate::gather::pixels::window::window;
 use crate::gather::sampling::Limit;
 use crate::light::budget::OUTLINES;
@@ -43,6 +43,8 @@ const LEFT: f64 = 0.125;
 /// What outlines may keep at least that are found late, as a share of what all may keep, of which those found before
 /// may have used more.
 const LATE: f64 = 0.25;
+/// Share of an emission by which it may differ from what camera rays show: that of rounding.
+const SHOWN: f64 = 1e-9;
 /// Share of a pixel from which on emitting faces cover all of it.
 const WHOLE: f64 = 1.0 - 1e-6;
 /// Cells to a side of a pixel that a ray stands for, where faces have holes.
@@ -158,6 +160,11 @@ fn outlined(camera_rays: &CameraRays, pixels: &mut [Pixel], which: Which) -> Vec
     let mut due = differs.clone();
     if which == Which::All {
         faces.iter().for_each(|of| projection.pixels_under(&of.polygon, |k| due[k] = true));
+        if view.scene.sky.is_some() {
+            // Of cells that meet in a pixel rays may show one.
+            let all = due.iter_mut().zip(&*pixels).enumerate();
+            all.for_each(|(k, (due, pixel))| *due |= pixel.met.emitting > 0 && cell_behind(view, k).is_none());
+        }
     }
     due.iter_mut().zip(&*pixels).for_each(|(due, pixel)| *due &= pixel.light.outline.is_none());
     let mut places = vec![usize::MAX; pixels.len()];
@@ -178,7 +185,7 @@ fn outlined(camera_rays: &CameraRays, pixels: &mut [Pixel], which: Which) -> Vec
     for of in faces.iter().filter(|of| !view.scene.is_masked(of.face)) {
         projection.pixels_under(&of.polygon, |k| {
             let polygon = in_pixel(&of.polygon, k, view.width);
-            if places[k] != usize::MAX && area(&polygon) > NOTHING {
+            if places[k] != usize::MAX && !is_nothing(&polygon) {
                 all[places[k]].parts.push(Part { face: of.face, polygon });
             }
         });
@@ -190,7 +197,7 @@ fn outlined(camera_rays: &CameraRays, pixels: &mut [Pixel], which: Which) -> Vec
 /// Whether the camera rays of a pixel show an emission as it is.
 fn is_shown(pixel: &Pixel, emission: &SeenEmission) -> bool {
     let (shown, value) = (pixel.mean_emission(), emission.value);
-    !pixel.emission_differs() && (shown - value).abs().max_element() <= NOTHING * value.max_element()
+    !pixel.emission_differs() && (shown - value).abs().max_element() <= SHOWN * value.max_element()
 }
 
 impl CameraRays<'_> {
