@@ -25,7 +25,7 @@ use crate::gather::pixels::camera_rays::CameraRays;
 use crate::gather::pixels::emission::visible_areas::{cell_behind, emitting, visible_emission};
 use crate::gather::pixels::pixel::{Pixel, rays};
 use crate::gather::pixels::pixel_light::SeenEmission;
-use crate::gather::pixels::projection::{Projection, in_pixel, is_nothing};
+use crate::gather::pixels::projection::{ProjectedFace, Projection, in_pixel, is_nothing};
 use crate::gather::pixels::window::window;
 use crate::gather::sampling::Limit;
 use crate::light::budget::OUTLINES;
@@ -155,43 +155,46 @@ fn outlined(camera_rays: &CameraRays, pixels: &mut [Pixel], which: Which) -> Vec
     let faces = emitting(&projection);
     let differs: Vec<bool> = pixels.iter().map(Pixel::emission_differs).collect();
     // Rays of a pixel may miss what its neighbours show.
-    let differs: Vec<bool> =
-        (0..pixels.len()).map(|k| window(k, 1, view.width, pixels.len()).any(|j| differs[j])).collect();
+    let near = |k: usize| window(k, 1, view.width, pixels.len());
+    let differs: Vec<bool> = (0..pixels.len()).map(|k| near(k).any(|j| differs[j])).collect();
     let mut due = differs.clone();
     if which == Which::All {
-        faces.iter().for_each(|of| projection.pixels_under(&of.polygon, |k| due[k] = true));
-        if view.scene.sky.is_some() {
-            // Of cells that meet in a pixel rays may show one.
-            let all = due.iter_mut().zip(&*pixels).enumerate();
-            all.for_each(|(k, (due, pixel))| *due |= pixel.met.emitting > 0 && cell_behind(view, k).is_none());
-        }
+        mark_emission(&projection, &faces, pixels, &mut due);
     }
     due.iter_mut().zip(&*pixels).for_each(|(due, pixel)| *due &= pixel.light.outline.is_none());
-    let mut places = vec![usize::MAX; pixels.len()];
     let mut all = Vec::new();
     for (pixel, found) in visible_emission(camera_rays, &projection, (&faces, &due)) {
         match found {
             Some(found) if is_shown(&pixels[pixel], &found) => (),
             Some(found) => pixels[pixel].light.outline = Some(Box::new(found)),
-            None => {
-                places[pixel] = all.len();
-                all.push(Outlined { pixel, parts: Vec::new(), rays: FIRST, found: Sampled::default() });
-            }
+            None => all.push(Outlined { pixel, parts: Vec::new(), rays: FIRST, found: Sampled::default() }),
         }
     }
-    if all.is_empty() {
-        return all;
+    find_parts(&projection, &faces, &mut all);
+    all.retain(|own| differs[own.pixel] || own.parts.iter().map(|part| area(&part.polygon)).sum::<f64>() < WHOLE);
+    all
+}
+
+/// Marks the pixels in which faces emit, and those that show the sky where its cells meet, of which rays may show one.
+fn mark_emission(projection: &Projection, faces: &[ProjectedFace], pixels: &[Pixel], marked: &mut [bool]) {
+    faces.iter().for_each(|of| projection.pixels_under(&of.polygon, |k| marked[k] = true));
+    if projection.view.scene.sky.is_some() {
+        let is_border = |k: usize| pixels[k].met.emitting > 0 && cell_behind(projection.view, k).is_none();
+        marked.iter_mut().enumerate().for_each(|(k, marked)| *marked |= is_border(k));
     }
-    for of in faces.iter().filter(|of| !view.scene.is_masked(of.face)) {
+}
+
+/// Finds what of faces without holes lies in pixels, which are in order.
+fn find_parts(projection: &Projection, faces: &[ProjectedFace], outlined: &mut [Outlined]) {
+    for of in faces.iter().filter(|of| !projection.view.scene.is_masked(of.face)) {
         projection.pixels_under(&of.polygon, |k| {
-            let polygon = in_pixel(&of.polygon, k, view.width);
-            if places[k] != usize::MAX && !is_nothing(&polygon) {
-                all[places[k]].parts.push(Part { face: of.face, polygon });
+            let Ok(place) = outlined.binary_search_by_key(&k, |own| own.pixel) else { return };
+            let polygon = in_pixel(&of.polygon, k, projection.view.width);
+            if !is_nothing(&polygon) {
+                outlined[place].parts.push(Part { face: of.face, polygon });
             }
         });
     }
-    all.retain(|own| differs[own.pixel] || own.parts.iter().map(|part| area(&part.polygon)).sum::<f64>() < WHOLE);
-    all
 }
 
 /// Whether the camera rays of a pixel show an emission as it is.
