@@ -40,8 +40,8 @@ const SAME: f64 = 1e-6;
 /// Length of an edge that is none, as a share of the polygon's: its direction is known to a millionth where the polygon
 /// is as large as a pixel.
 const SHORT: f64 = 1e-7;
-/// Nearness of a piece of a texture at most, as a multiple of the least there: a place shows in the picture by the cube of
-/// it, and its mean is taken over the surface.
+/// Nearness of a piece of a texture at most, as a multiple of the least there: a place shows in the picture by the cube
+/// of it, and its mean is taken over the surface.
 const EVEN: f64 = 1.02;
 
 /// The pixels that may show light as emitted, and the faces in each that are not behind all that emits there.
