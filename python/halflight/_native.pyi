@@ -357,7 +357,7 @@ class Scene:
         """
         (alpha, tau) that the file gives.
         """
-    def under_patches(self, /, radiances: Sequence[SupportsLenAndGetItem[SupportsFloat | SupportsIndex]], up: SupportsLenAndGetItem[SupportsFloat | SupportsIndex], north: SupportsLenAndGetItem[SupportsFloat | SupportsIndex] | None) -> Scene | None:
+    def under_patches(self, /, radiances: SupportsGetItem[int, SupportsLenAndGetItem[SupportsFloat | SupportsIndex]], up: SupportsLenAndGetItem[SupportsFloat | SupportsIndex], north: SupportsLenAndGetItem[SupportsFloat | SupportsIndex] | None) -> Scene | None:
         """
         The same under a sky of patches in Radiance's order; none where they are of another number, or north is along up.
         """
