@@ -43,7 +43,7 @@ pub fn gather(view: &View, fields: &Fields, gathering: &Gathering, told: &Told) 
     }
     if let Some(noise) = settings.plan.noise {
         // Rays since the first ones have shown more.
-        measure_outlines(&camera_rays, &mut pixels, Which::Differing, (noise, &settings.plan.limit));
+        measure_outlines(&camera_rays, &mut pixels, Which::Differing, noise, &settings.plan.limit);
     }
     let mut gathered = indirect.assemble(&pixels, fields, view);
     gathered.rays += cache.caster.cast;

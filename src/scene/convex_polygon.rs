@@ -18,9 +18,35 @@ pub(crate) fn clip(polygon: &[DVec2], axis: DVec2, [low, high]: [Option<f64>; 2]
 
 /// The part of a convex polygon where `normal · q >= offset`.
 pub(crate) fn half_plane(polygon: &[DVec2], normal: DVec2, offset: f64) -> Vec<DVec2> {
-    let mut out = Vec::with_capacity(polygon.len() + 1);
-    put_above(polygon, |p| normal.dot(p) - offset, &mut out);
-    out
+    above(polygon, |p| normal.dot(p) - offset)
+}
+
+/// The part of a convex polygon whose height is not negative.
+pub(crate) fn above(polygon: &[DVec2], height: impl Fn(DVec2) -> f64) -> Vec<DVec2> {
+    let mut part = Vec::with_capacity(polygon.len() + 1);
+    put_above(polygon, height, &mut part);
+    part
+}
+
+/// The part of a convex polygon where no height is negative, and convex ones around that. A part is left out where
+/// `is_nothing`; of a polygon that has no part inside the second are those cut off until that was known.
+pub(crate) fn parted<H: Fn(DVec2) -> f64>(
+    polygon: &[DVec2],
+    heights: impl Iterator<Item = H>,
+    is_nothing: impl Fn(&[DVec2]) -> bool,
+) -> (Option<Vec<DVec2>>, Vec<Vec<DVec2>>) {
+    let (mut inside, mut outside) = (polygon.to_vec(), Vec::new());
+    for height in heights {
+        if inside.iter().all(|&p| height(p) >= 0.0) {
+            continue;
+        }
+        outside.extend(Some(above(&inside, |p| -height(p))).filter(|part| !is_nothing(part)));
+        inside = above(&inside, height);
+        if is_nothing(&inside) {
+            return (None, outside);
+        }
+    }
+    (Some(inside), outside)
 }
 
 /// Adds the part of a convex polygon whose height is not negative.

@@ -80,7 +80,7 @@ pub(crate) fn sample_pixels(camera_rays: &CameraRays, plan: &Plan) -> Vec<Pixel>
     pixels.iter_mut().for_each(|pixel| pixel.counts_emission = shows_luminaires_only);
     if let Some(noise) = plan.noise {
         find_small_faces(camera_rays, &mut pixels);
-        measure_outlines(camera_rays, &mut pixels, Which::All, (noise, &plan.limit));
+        measure_outlines(camera_rays, &mut pixels, Which::All, noise, &plan.limit);
     }
     refine(camera_rays, &mut pixels, plan, |_, _| ());
     pixels

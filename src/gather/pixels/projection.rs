@@ -54,8 +54,18 @@ impl<'a> Projection<'a> {
 
     /// Where a point is; none behind the camera.
     pub(crate) fn point(&self, point: DVec3) -> Option<DVec2> {
-        let [x, y, depth] = self.axes.map(|axis| axis.dot(point - self.eye));
-        (depth > NEAR).then(|| 0.5 * self.size + DVec2::new(x, y) / depth)
+        let from_eye = self.along_axes(point);
+        (from_eye.z > NEAR).then(|| self.seen_at(from_eye))
+    }
+
+    /// A point from the eye along the axes.
+    fn along_axes(&self, point: DVec3) -> DVec3 {
+        DVec3::from(self.axes.map(|axis| axis.dot(point - self.eye)))
+    }
+
+    /// Where a point from the eye is in the picture.
+    fn seen_at(&self, from_eye: DVec3) -> DVec2 {
+        0.5 * self.size + from_eye.truncate() / from_eye.z
     }
 
     /// The point that is seen at a place of the picture, of a nearness.
@@ -81,10 +91,7 @@ impl<'a> Projection<'a> {
         if self.view.atlas.is_some() {
             return None;
         }
-        let corners = self.view.scene.corners(face).map(|corner| {
-            let from_eye = corner.as_dvec3() - self.eye;
-            DVec3::from(self.axes.map(|axis| axis.dot(from_eye)))
-        });
+        let corners = self.view.scene.corners(face).map(|corner| self.along_axes(corner.as_dvec3()));
         let mut before = SmallVec::<[DVec3; 4]>::new();
         let height = |corner: DVec3| corner.z - NEAR;
         let crossing = |(p, h): (DVec3, f64), (q, g): (DVec3, f64)| p.lerp(q, h / (h - g));
@@ -93,8 +100,7 @@ impl<'a> Projection<'a> {
                 before.push(corner);
             }
         });
-        let mut polygon: SmallVec<[DVec2; 4]> =
-            before.iter().map(|corner| 0.5 * self.size + corner.truncate() / corner.z).collect();
+        let mut polygon: SmallVec<[DVec2; 4]> = before.iter().map(|&corner| self.seen_at(corner)).collect();
         if polygon.len() < 3 || !self.reaches(&Bounds::of(polygon.iter().copied())) {
             return None;
         }

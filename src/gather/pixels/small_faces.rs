@@ -21,7 +21,7 @@ use halflight_team::Loop;
 
 use crate::gather::pixels::camera_rays::{CameraRays, PixelScratch};
 use crate::gather::pixels::pixel::{Pixel, SmallFace};
-use crate::gather::pixels::projection::{Projection, within};
+use crate::gather::pixels::projection::{Projection, corner_of, within};
 use crate::rays::Side;
 use crate::reading::view::View;
 use crate::scene::Bounds;
@@ -95,8 +95,7 @@ impl ThinFace {
         if is_met || pixel.met.hides(self.nearest(view, k)) {
             return None;
         }
-        let corner = DVec2::new((k % view.width) as f64, (k / view.width) as f64);
-        let inside = within(&self.polygon, corner);
+        let inside = within(&self.polygon, corner_of(k, view.width));
         let share = if inside.len() > 2 { area(&inside).abs() } else { return None };
         let place = inside.iter().sum::<DVec2>() / inside.len() as f64;
         Some((k, SmallFace { share, light: camera_rays.light_of_face(self.face, place, scratch)? }))

@@ -10,7 +10,7 @@ use glam::DVec2;
 
 use crate::scene::bounds::Bounds;
 use crate::scene::coincident::planes::TOLERANCE;
-use crate::scene::convex_polygon::{area, edges, put_above};
+use crate::scene::convex_polygon::{area, edges, parted};
 
 /// The least width of an overlap and of a part, unit coordinates: along a plane as much counts as one place as across.
 const NARROW: f64 = TOLERANCE;
@@ -60,27 +60,15 @@ fn is_wide(polygon: &[DVec2]) -> bool {
 }
 
 /// The part of a polygon within another, and convex ones around that.
-fn parted(polygon: &[DVec2], other: &[DVec2]) -> (Option<Polygon>, Vec<Polygon>) {
-    let (mut inside, mut outside) = (polygon.to_vec(), Vec::new());
-    for (from, to) in edges(other) {
+fn within(polygon: &[DVec2], other: &[DVec2]) -> (Option<Polygon>, Vec<Polygon>) {
+    let heights = edges(other).map(|(from, to)| {
         let inwards = (to - from).perp().normalize_or_zero();
-        let height = |p: DVec2| {
+        move |p: DVec2| {
             let height = inwards.dot(p - from);
             if height.abs() <= SAME { 0.0 } else { height }
-        };
-        if inside.iter().all(|&p| height(p) >= 0.0) {
-            continue;
         }
-        let [mut beyond, mut within] = [Polygon::new(), Polygon::new()];
-        put_above(&inside, |p| -height(p), &mut beyond);
-        put_above(&inside, height, &mut within);
-        outside.extend(Some(beyond).filter(|part| is_wide(part)));
-        inside = within;
-        if !is_wide(&inside) {
-            return (None, outside);
-        }
-    }
-    (Some(inside), outside)
+    });
+    parted(polygon, heights, |part| !is_wide(part))
 }
 
 /// Whether parts of a polygon that do not overlap make up all of it.
@@ -153,7 +141,7 @@ pub(super) fn divided(
             continue;
         };
         let (polygon, marks) = piece;
-        let (inside, outside) = parted(&polygon, &cover);
+        let (inside, outside) = within(&polygon, &cover);
         work.extend(outside.into_iter().map(|part| (part, marks.clone())));
         work.extend(inside.and_then(|part| Some((part, marks.under(covering)?))));
     }

@@ -19,6 +19,7 @@
 
 use glam::{DVec2, DVec3, Vec2};
 use halflight_team::Loop;
+use rayon::prelude::*;
 
 use crate::direct::agreement::LikelyShare;
 use crate::gather::pixels::camera_rays::CameraRays;
@@ -101,7 +102,8 @@ pub(crate) fn measure_outlines(
     camera_rays: &CameraRays,
     pixels: &mut [Pixel],
     which: Which,
-    (noise, limit): (f64, &Limit),
+    noise: f64,
+    limit: &Limit,
 ) {
     let mut outlined = outlined(camera_rays, pixels, which);
     let mut due: Vec<usize> = (0..outlined.len()).collect();
@@ -163,7 +165,7 @@ fn outlined(camera_rays: &CameraRays, pixels: &mut [Pixel], which: Which) -> Vec
     }
     due.iter_mut().zip(&*pixels).for_each(|(due, pixel)| *due &= pixel.light.outline.is_none());
     let mut all = Vec::new();
-    for (pixel, found) in visible_emission(camera_rays, &projection, (&faces, &due)) {
+    for (pixel, found) in visible_emission(camera_rays, &projection, &faces, &due) {
         match found {
             Some(found) if is_shown(&pixels[pixel], &found) => (),
             Some(found) => pixels[pixel].light.outline = Some(Box::new(found)),
@@ -180,7 +182,7 @@ fn mark_emission(projection: &Projection, faces: &[ProjectedFace], pixels: &[Pix
     faces.iter().for_each(|of| projection.pixels_under(&of.polygon, |k| marked[k] = true));
     if projection.view.scene.sky.is_some() {
         let is_border = |k: usize| pixels[k].met.emitting > 0 && cell_behind(projection.view, k).is_none();
-        marked.iter_mut().enumerate().for_each(|(k, marked)| *marked |= is_border(k));
+        marked.par_iter_mut().enumerate().for_each(|(k, marked)| *marked |= is_border(k));
     }
 }
 

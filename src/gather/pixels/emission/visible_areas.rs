@@ -30,7 +30,7 @@ use crate::gather::pixels::projection::{ProjectedFace, Projection, corner_of, in
 use crate::light::{Light, Rgb};
 use crate::rays::Side;
 use crate::reading::view::View;
-use crate::scene::convex_polygon::{area, cut, edges, put_above};
+use crate::scene::convex_polygon::{above, area, edges, parted};
 use crate::scene::{Bounds, Sides};
 
 /// Faces of a pixel at most, which bounds memory, and pieces of one.
@@ -84,7 +84,8 @@ fn faces_camera(view: &View, of: &ProjectedFace) -> bool {
 pub(crate) fn visible_emission(
     camera_rays: &CameraRays,
     projection: &Projection,
-    (emitting, due): (&[ProjectedFace], &[bool]),
+    emitting: &[ProjectedFace],
+    due: &[bool],
 ) -> Vec<(usize, Option<SeenEmission>)> {
     let all = Candidates::new(projection, &least_nearness(projection, emitting, due));
     let one = |i: usize| all.of_pixel(i, camera_rays, projection).and_then(|own| own.emission());
@@ -310,13 +311,6 @@ fn heights(polygon: &[DVec2]) -> impl Iterator<Item = impl Fn(DVec2) -> f64> {
     long.map(|(a, b)| move |p: DVec2| (b - a).perp_dot(p - a))
 }
 
-/// The part of a convex polygon whose height is not negative.
-fn above(polygon: &[DVec2], height: impl Fn(DVec2) -> f64) -> Vec<DVec2> {
-    let mut part = Vec::with_capacity(polygon.len() + 1);
-    put_above(polygon, height, &mut part);
-    part
-}
-
 /// The part of a convex polygon inside another.
 fn inside(mut polygon: Vec<DVec2>, other: &[DVec2]) -> Vec<DVec2> {
     for height in heights(other) {
@@ -327,23 +321,8 @@ fn inside(mut polygon: Vec<DVec2>, other: &[DVec2]) -> Vec<DVec2> {
 
 /// The convex parts of a convex polygon outside another.
 fn without(polygon: Vec<DVec2>, other: &[DVec2]) -> Vec<Vec<DVec2>> {
-    let (mut left, mut outside) = (polygon.clone(), Vec::new());
-    for height in heights(other) {
-        let mut sides = [0, 1].map(|_| Vec::with_capacity(left.len() + 1));
-        let crossing = |(p, h): (DVec2, f64), (q, g): (DVec2, f64)| p.lerp(q, h / (h - g));
-        cut(&left, height, crossing, |p, is_on| {
-            for (side, _) in sides.iter_mut().zip(is_on).filter(|(_, is_on)| *is_on) {
-                side.push(p);
-            }
-        });
-        let [inner, outer] = sides;
-        if is_nothing(&inner) {
-            return vec![polygon];
-        }
-        if !is_nothing(&outer) {
-            outside.push(outer);
-        }
-        left = inner;
+    match parted(&polygon, heights(other), is_nothing) {
+        (Some(_), outside) => outside,
+        (None, _) => vec![polygon],
     }
-    outside
 }
